@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: MIT
+# lecalib_compile_options(TARGET): warnings and instrumentation for a target of ours, never for a consumer's.
+function(lecalib_compile_options target)
+  target_compile_options(${target} PRIVATE
+    -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion -Wold-style-cast -Wvla -Wundef -Wnull-dereference
+    $<$<BOOL:${LECALIB_WARNINGS_AS_ERRORS}>:-Werror>)
+  if(LECALIB_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${LECALIB_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(${target} PUBLIC -fsanitize=${LECALIB_SANITIZE})
+  endif()
+  if(LECALIB_COVERAGE)
+    target_compile_options(${target} PRIVATE --coverage)
+    target_link_options(${target} PUBLIC --coverage)
+  endif()
+endfunction()

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+/// The records that stages hand to each other. Plain data, no behaviour; units in the names where they are not obvious.
+/// Conventions: integer pixel coordinates at pixel centres, x right, y down; camera frame x right, y down, z forward;
+/// metres, radians, microseconds.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "lecalib/core/span.hpp"
+
+namespace lecalib {
+
+/// One event. 16 bytes.
+struct Event {
+  std::int64_t t_us;
+  std::uint16_t x, y;
+  std::uint8_t polarity;  ///< 1 ON (brighter), 0 OFF (darker)
+};
+
+/// Events of [begin_us, end_us), in order of time; an event may precede begin_us by the sensor's own disorder.
+struct EventWindow {
+  std::int64_t begin_us = 0;
+  std::int64_t end_us = 0;
+  Span<const Event> events;
+};
+
+/// A straight segment in the (distorted) image, px.
+struct Segment {
+  float x1, y1, x2, y2;
+};
+
+/// One moving line of a window, at the window's two ends. begin.(x1, y1) and end.(x1, y1) belong to the same end of the
+/// line. The end points lie on the fitted curve; its middle lies `bend_px` beside the chord's.
+struct EventLine {
+  Segment begin;
+  Segment end;
+  float bend_px;         ///< along the chord's normal (-dy, dx) / length, at half length
+  float sigma_begin_px;  ///< one sigma of the position across the line, at the window's begin
+  float sigma_end_px;
+  std::uint32_t events;  ///< events that support the line
+  std::int8_t polarity;  ///< +1 ON, -1 OFF, 0 both
+};
+
+/// The lines of one window.
+struct LineWindow {
+  std::int64_t begin_us = 0;
+  std::int64_t end_us = 0;
+  Span<const EventLine> lines;
+};
+
+/// A straight line segment of the calibration object, metres, world frame.
+struct ModelLine {
+  double p[3];
+  double q[3];
+};
+
+/// x_cam = R x_world + t. R row-major.
+struct Pose {
+  double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  double t[3] = {0, 0, 0};
+};
+
+/// Number of intrinsics, in the order fx fy cx cy k1 k2 p1 p2 k3.
+inline constexpr std::size_t kNumIntrinsics = 9;
+
+/// Pinhole with Brown's distortion, ideal to distorted, OpenCV's names. [Liu24] eq. 8 calls (p1, p2, k3) (k3, k4, k5).
+struct Camera {
+  std::uint16_t width = 0, height = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
+};
+
+/// The intrinsics by index, for loops over parameters: camera.*kIntrinsics[i].
+inline constexpr double Camera::*kIntrinsics[kNumIntrinsics] = {&Camera::fx, &Camera::fy, &Camera::cx,
+                                                                &Camera::cy, &Camera::k1, &Camera::k2,
+                                                                &Camera::p1, &Camera::p2, &Camera::k3};
+inline constexpr const char* kIntrinsicNames[kNumIntrinsics] = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
+
+/// A measured point on the image of model line `line`; only its position across the line counts.
+struct LinePoint {
+  double u_px, v_px;
+  double sigma_px;     ///< one sigma across the line, > 0
+  std::uint16_t line;  ///< index into the model
+};
+
+/// The points of one instant, [first, first + count) of the point array; the camera has one pose.
+struct View {
+  std::int64_t t_us;
+  std::uint32_t first;
+  std::uint32_t count;
+};
+
+/// "Detected line `line` of window `window` shows model line `model_line`." flipped: its first end point is nearer to
+/// q.
+struct LineMatch {
+  std::uint16_t window;
+  std::uint16_t line;
+  std::uint16_t model_line;
+  bool flipped;
+};
+
+}  // namespace lecalib
