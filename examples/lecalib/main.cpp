@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+/// The lecalib program: reads the command line and runs one subcommand.
+/// Exit code 0: a usable answer. 1: no usable answer, one line on stderr says why. Above 1: the command line is wrong.
+#include <cstdio>
+#include <exception>
+
+#include "commands.hpp"
+
+namespace {
+
+int report(const std::string& message, int exit_code) {
+  std::fprintf(stderr, "lecalib: %s\n", message.c_str());
+  return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace lecalib::command;
+  CLI::App app{"lecalib calibrates event cameras from straight lines."};
+  app.name("lecalib");
+  app.set_version_flag("--version", "lecalib " LECALIB_VERSION);
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version
+    return report(std::string(error.what()) + " (lecalib --help lists what there is)", 2);
+  } catch (const Failure& failure) {
+    return report(lecalib::host::to_string(failure.error), 1);
+  } catch (const std::bad_alloc&) {
+    return report("not enough memory", 1);
+  } catch (const std::exception& error) {
+    return report(error.what(), 1);
+  }
+  return 0;
+}
