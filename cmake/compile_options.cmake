@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 # lecalib_compile_options(TARGET): warnings and instrumentation for a target of ours, never for a consumer's.
 function(lecalib_compile_options target)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
   target_compile_options(${target} PRIVATE
     -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion -Wold-style-cast -Wvla -Wundef -Wnull-dereference
     $<$<BOOL:${LECALIB_WARNINGS_AS_ERRORS}>:-Werror>)
