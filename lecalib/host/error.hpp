@@ -13,11 +13,11 @@ namespace lecalib::host {
 
 /// One thing that went wrong with a file, a text or an option.
 struct Error {
-  std::string message;                ///< one line without the place, e.g. "expected 7 fields, found 3"
-  std::string file = {};              ///< empty when no file is meant
-  std::size_t line = 0;               ///< 1-based; 0 when the place is not a line of text
-  std::size_t column = 0;             ///< 1-based, in bytes; 0 when the whole line is meant
-  std::optional<std::uint64_t> byte;  ///< offset in a binary file
+  std::string message;                     ///< one line without the place, e.g. "expected 7 fields, found 3"
+  std::string file = {};                   ///< empty when no file is meant
+  std::size_t line = 0;                    ///< 1-based; 0 when the place is not a line of text
+  std::size_t column = 0;                  ///< 1-based, in bytes; 0 when the whole line is meant
+  std::optional<std::uint64_t> byte = {};  ///< offset in a binary file
 };
 
 /// "FILE:LINE:COLUMN: message" or "FILE: byte N: message", with the parts that are known.

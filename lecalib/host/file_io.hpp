@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+/// Whole files in and out, with errors that say what the operating system refused.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "lecalib/core/span.hpp"
+#include "lecalib/host/error.hpp"
+
+namespace lecalib::host {
+
+/// A regular file, pipe or device opened for reading. Directories and missing files are errors of open().
+class InputFile {
+ public:
+  static Result<InputFile> open(const std::string& path);
+  /// Reads up to out.size() bytes; 0 only at the end of the file.
+  Result<std::size_t> read(Span<std::uint8_t> out);
+  /// Size in bytes, or 0 when it has none (a pipe).
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  struct Closer {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::string path_;
+  std::unique_ptr<std::FILE, Closer> file_;
+  std::uint64_t size_ = 0;
+};
+
+/// All of a text file. Refuses files above 64 MiB: whatever that is, it is not a model or a list of observations.
+Result<std::string> read_text_file(const std::string& path);
+
+/// Writes a file so that a reader sees either all of it or what was there before: into a temporary file beside it,
+/// which then takes its name. On error nothing is left behind.
+MaybeError write_file(const std::string& path, std::string_view content);
+
+/// Makes `path` a folder if it is none, with its parents.
+MaybeError make_folder(const std::string& path);
+
+}  // namespace lecalib::host

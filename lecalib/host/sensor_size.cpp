@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/host/sensor_size.hpp"
+
+#include "lecalib/host/text.hpp"
+
+namespace lecalib::host {
+namespace {
+constexpr unsigned long long kMaxSensorSide = 16384;
+}
+
+Result<SensorSize> parse_sensor(std::string_view text) {
+  const std::vector<Field> fields = split(text, 'x');
+  if (fields.size() == 2) {
+    const auto width = parse_count(fields[0].text);
+    const auto height = parse_count(fields[1].text);
+    if (width && height && *width >= 1 && *height >= 1 && *width <= kMaxSensorSide && *height <= kMaxSensorSide) {
+      return SensorSize{static_cast<std::uint16_t>(*width), static_cast<std::uint16_t>(*height)};
+    }
+  }
+  return Error{"sensor size " + quoted(text) + ": expected WxH in pixels, as in 640x480"};
+}
+
+std::string to_string(const SensorSize& size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }
+
+}  // namespace lecalib::host
