@@ -90,4 +90,16 @@ std::string quoted(std::string_view text) {
   return shown + (text.size() > kMaxQuoted ? "...'" : "'");
 }
 
+std::string fixed(double value, int decimals) {
+  char text[400];  // 309 digits before the point at most.
+  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, decimals);
+  return {text, end.ptr};
+}
+
+std::string shortest(double value) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, value);
+  return {text, end.ptr};
+}
+
 }  // namespace lecalib::host

@@ -48,4 +48,9 @@ std::optional<unsigned long long> parse_count(std::string_view text);
 /// `text` in quotes for an error message: shortened, with unprintable bytes shown as '?'.
 std::string quoted(std::string_view text);
 
+/// Decimal text that does not depend on the locale: a fixed number of decimals, or the shortest that reads back the
+/// same.
+std::string fixed(double value, int decimals);
+std::string shortest(double value);
+
 }  // namespace lecalib::host

@@ -68,3 +68,10 @@ TEST_CASE("what is quoted in a message is short and printable") {
                "b") == "'a??b'");
   CHECK(quoted(std::string(100, 'x')) == "'" + std::string(40, 'x') + "...'");
 }
+
+TEST_CASE("numbers are written without the locale and read back the same") {
+  CHECK(fixed(-1.23456, 3) == "-1.235");
+  CHECK(fixed(1e300, 0).size() == 301);
+  CHECK(shortest(0.1) == "0.1");
+  CHECK(parse_number(shortest(1.0 / 3.0)) == 1.0 / 3.0);
+}

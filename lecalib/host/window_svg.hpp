@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+
+#include "lecalib/core/records.hpp"
+#include "lecalib/host/sensor_size.hpp"
+
+namespace lecalib::host {
+
+/// A picture of one window: its events as pixels (ON light, OFF red), the lines found at the window's begin (blue) and
+/// end (yellow) with their bend, and a caption. Coordinates are the sensor's.
+/// @param caption plain text below the picture; is escaped here.
+std::string draw_window(const EventWindow& events, const LineWindow& lines, const SensorSize& sensor,
+                        const std::string& caption);
+
+}  // namespace lecalib::host

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+
+#include <vector>
+
+#include "lecalib/host/lines_csv.hpp"
+#include "lecalib/host/window_svg.hpp"
+
+using namespace lecalib;
+using namespace lecalib::host;
+
+namespace {
+
+std::size_t count(const std::string& text, const std::string& piece) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(piece); at != std::string::npos; at = text.find(piece, at + 1)) ++found;
+  return found;
+}
+
+EventLine example() {
+  EventLine line{};
+  line.begin = {10.0F, 20.0F, 110.0F, 20.0F};
+  line.end = {11.5F, 24.25F, 111.5F, 24.0F};
+  line.bend_px = 3.0F;
+  line.sigma_begin_px = 0.05F;
+  line.sigma_end_px = 0.25F;
+  line.events = 321;
+  line.polarity = -1;
+  return line;
+}
+
+}  // namespace
+
+TEST_CASE("each line gives a row per window end, paired by its id") {
+  const std::vector<EventLine> lines = {example(), example()};
+  LinesCsv csv;
+  csv.add({1000, 6000, {lines.data(), 1}});
+  csv.add({6000, 11000, lines});
+  CHECK(csv.num_lines() == 3);
+  CHECK(count(csv.text(), "\n") == 1 + 2 * 3);
+  CHECK(csv.text().rfind("t_us,end,line,x1,y1,x2,y2,sigma_px,events,polarity\n"
+                         "1000,begin,0,10.0000,20.0000,110.0000,20.0000,0.0500,321,-1\n"
+                         "6000,end,0,11.5000,24.2500,111.5000,24.0000,0.2500,321,-1\n"
+                         "6000,begin,1,",
+                         0) == 0);
+}
+
+TEST_CASE("a picture holds each pixel once and the bend of the lines") {
+  std::vector<Event> events;
+  for (std::uint16_t x = 5; x < 9; ++x) events.push_back({0, x, 7, 1});
+  events.push_back({1, 6, 7, 1});  // again
+  events.push_back({2, 2, 3, 0});
+  events.push_back({3, 999, 3, 0});  // beside the sensor
+  const std::vector<EventLine> lines = {example()};
+  const std::string svg = draw_window({0, 10, events}, {0, 10, lines}, {240, 180}, "a < b & c");
+  CHECK(count(svg, "M5 7h4\"") == 1);
+  CHECK(count(svg, "M2 3h1\"") == 1);
+  CHECK(count(svg, "999") == 0);
+  // The middle of the chord is (60, 20); its normal (-dy, dx) points down; the control point is twice the bend away.
+  CHECK(count(svg, "M10.00 20.00Q60.00 26.00 110.00 20.00") == 1);
+  CHECK(count(svg, "a &lt; b &amp; c") == 1);
+}
