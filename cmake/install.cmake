@@ -1,1 +1,24 @@
 # SPDX-License-Identifier: MIT
+# find_package(lecalib CONFIG) gives lecalib::lecalib and, where it was built, lecalib::host.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lecalib)
+
+set(installed_targets lecalib)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/lecalib DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  FILES_MATCHING PATTERN "*.hpp" PATTERN host EXCLUDE)
+if(TARGET lecalib_host)
+  list(APPEND installed_targets lecalib_host)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/lecalib/host DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lecalib
+    FILES_MATCHING PATTERN "*.hpp")
+endif()
+install(TARGETS ${installed_targets} EXPORT lecalib-targets)
+install(EXPORT lecalib-targets NAMESPACE lecalib:: DESTINATION ${package_dir})
+
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/lecalib-config.cmake.in
+  ${PROJECT_BINARY_DIR}/lecalib-config.cmake INSTALL_DESTINATION ${package_dir})
+# Before 1.0 a minor version may change the interface.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/lecalib-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/lecalib-config.cmake ${PROJECT_BINARY_DIR}/lecalib-config-version.cmake
+  DESTINATION ${package_dir})
