@@ -10,6 +10,7 @@
 #include "support/temporary_folder.hpp"
 
 using namespace lecalib::host;
+using lecalib::test::TemporaryFolder;
 namespace fs = std::filesystem;
 
 TEST_CASE("a file is written whole and replaces the old one") {

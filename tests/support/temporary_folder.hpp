@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 
+namespace lecalib::test {
+
 /// An empty folder that lives as long as this object.
 class TemporaryFolder {
  public:
@@ -36,3 +38,5 @@ class TemporaryFolder {
 inline std::string operator/(const TemporaryFolder& folder, const std::string& name) {
   return folder.path() + "/" + name;
 }
+
+}  // namespace lecalib::test

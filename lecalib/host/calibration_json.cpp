@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/host/calibration_report.hpp"
+#include "lecalib/host/json_writer.hpp"
+
+namespace lecalib::host {
+namespace {
+
+using Layout = JsonWriter::Layout;
+
+void write_strings(JsonWriter* json, const char* name, const std::vector<std::string>& strings) {
+  json->key(name);
+  json->begin_array(Layout::one_line);
+  for (const std::string& text : strings) json->value(text);
+  json->end();
+}
+
+template <class Named>
+void write_named(JsonWriter* json, const char* name, const std::vector<Named>& values) {
+  json->key(name);
+  json->begin_object();
+  for (const Named& value : values) json->member(value.name, value.value);
+  json->end();
+}
+
+void write_camera(JsonWriter* json, const CameraReport& report) {
+  json->begin_object();
+  json->member("name", report.name);
+  json->member("width", report.camera.width);
+  json->member("height", report.camera.height);
+  json->member("model", "brown");
+  for (std::size_t i = 0; i < kNumIntrinsics; ++i) json->member(kIntrinsicNames[i], report.camera.*kIntrinsics[i]);
+  json->key("sigma");
+  json->begin_object();
+  for (std::size_t i = 0; i < kNumIntrinsics; ++i) json->member(kIntrinsicNames[i], report.sigma[i]);
+  json->end();
+  json->member("rms_px", report.rms_px);
+  write_strings(json, "assumed", report.assumed);
+  if (report.covariance.size() == kNumIntrinsics * kNumIntrinsics) {
+    json->key("covariance");
+    json->begin_array();
+    const Span<const double> all(report.covariance);
+    for (std::size_t row = 0; row < kNumIntrinsics; ++row)
+      json->numbers(all.subspan(row * kNumIntrinsics, kNumIntrinsics));
+    json->end();
+  }
+  json->end();
+}
+
+void write_view(JsonWriter* json, const ViewReport& view) {
+  json->begin_object(Layout::one_line);
+  if (!view.label.empty()) json->member("name", view.label);
+  json->member("t_us", view.t_us);
+  json->key("R_cam_world");
+  json->numbers(view.T_cam_world.R);
+  json->key("t_cam_world_m");
+  json->numbers(view.T_cam_world.t);
+  json->member("lines", view.lines);
+  json->member("rms_px", view.rms_px);
+  json->end();
+}
+
+void write_diagnostics(JsonWriter* json, const Diagnostics& diagnostics) {
+  json->begin_object();
+  json->member("reason", diagnostics.reason);
+  write_strings(json, "inputs", diagnostics.inputs);
+  write_named(json, "counts", diagnostics.counts);
+  write_named(json, "dropped", diagnostics.dropped);
+  for (const NamedNumber& number : diagnostics.numbers) json->member(number.name, number.value);
+  write_named(json, "cpu_ms", diagnostics.cpu_ms);
+  json->end();
+}
+
+}  // namespace
+
+std::string calibration_json(const CalibrationReport& report) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("version", 1);
+  json.member("status", to_string(report.status));
+  json.key("cameras");
+  json.begin_array();
+  for (const CameraReport& camera : report.cameras) write_camera(&json, camera);
+  json.end();
+  json.key("stereo");
+  json.null();
+  json.key("views");
+  json.begin_array();
+  for (const ViewReport& view : report.views) write_view(&json, view);
+  json.end();
+  json.key("diagnostics");
+  write_diagnostics(&json, report.diagnostics);
+  json.end();
+  return json.text();
+}
+
+}  // namespace lecalib::host

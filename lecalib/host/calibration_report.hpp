@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+/// What a calibration found, and the files that say it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "lecalib/core/records.hpp"
+#include "lecalib/core/status.hpp"
+
+namespace lecalib::host {
+
+/// One camera. Arrays are in the order of kIntrinsicNames.
+struct CameraReport {
+  std::string name = "camera";
+  Camera camera;
+  std::array<double, kNumIntrinsics> sigma = {};  ///< one sigma; not a number where there is none
+  std::vector<double> covariance;                 ///< of the intrinsics, 9 x 9 row-major; may be empty
+  double rms_px = 0;
+  std::vector<std::string> assumed;  ///< intrinsics that a prior held, or that were kept at zero
+};
+
+struct ViewReport {
+  std::string label;  ///< the view's name in a list of observations; may be empty
+  std::int64_t t_us = 0;
+  Pose T_cam_world;
+  std::uint32_t lines = 0;
+  double rms_px = 0;
+};
+
+struct NamedCount {
+  std::string name;
+  std::uint64_t value = 0;
+};
+
+struct NamedNumber {
+  std::string name;
+  double value = 0;
+};
+
+/// How the answer came about, for people who doubt it.
+struct Diagnostics {
+  std::string reason;                ///< one plain sentence: why it stopped or what is wrong
+  std::vector<std::string> inputs;   ///< files that were read
+  std::vector<NamedCount> counts;    ///< what went through each stage, in its order
+  std::vector<NamedCount> dropped;   ///< what did not, by reason
+  std::vector<NamedNumber> numbers;  ///< further figures: condition, iterations, scale of sigma ...
+  std::vector<NamedNumber> cpu_ms;   ///< CPU time of the stages
+};
+
+/// status ok: at least one camera. Otherwise cameras and views are empty and diagnostics.reason says why.
+struct CalibrationReport {
+  Status status = Status::ok;
+  std::vector<CameraReport> cameras;
+  std::vector<ViewReport> views;
+  Diagnostics diagnostics;
+};
+
+/// lecalib's own format: {"version": 1, "status", "cameras", "stereo", "views", "diagnostics"}. Not a number is null.
+std::string calibration_json(const CalibrationReport& report);
+
+/// The first camera in the layout of OpenCV's calibration sample, for cv::FileStorage: camera_matrix,
+/// distortion_coefficients (k1 k2 p1 p2 k3), extrinsic_parameters (one row rvec | tvec per view, world to camera), ...
+/// It has no calibration_time: the same input gives the same bytes.
+std::string calibration_opencv_yaml(const CalibrationReport& report);
+
+}  // namespace lecalib::host

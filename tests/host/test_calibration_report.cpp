@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/host/calibration_report.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "lecalib/host/text.hpp"
+
+using namespace lecalib;
+using namespace lecalib::host;
+
+namespace {
+
+/// Rotation by `angle` about a unit axis, row-major (Rodrigues).
+Pose rotated(const double* axis, double angle) {
+  const double c = std::cos(angle);
+  const double s = std::sin(angle);
+  const double x = axis[0];
+  const double y = axis[1];
+  const double z = axis[2];
+  return {{c + x * x * (1 - c), x * y * (1 - c) - z * s, x * z * (1 - c) + y * s,  //
+           y * x * (1 - c) + z * s, c + y * y * (1 - c), y * z * (1 - c) - x * s,  //
+           z * x * (1 - c) - y * s, z * y * (1 - c) + x * s, c + z * z * (1 - c)},
+          {0.5, -1.5, 2.0}};
+}
+
+CalibrationReport example() {
+  CalibrationReport report;
+  CameraReport camera;
+  camera.camera = {640, 480, 400.5, 401, 319.5, 240.25, -0.1, 0.02, 0.001, -0.002, 0};
+  camera.sigma = {1, 1.5, 2, 2.5, 0.01, 0.02, 0.001, 0.002, std::numeric_limits<double>::quiet_NaN()};
+  camera.covariance.assign(81, 0.25);
+  camera.rms_px = 0.3;
+  camera.assumed = {"k3"};
+  report.cameras.push_back(camera);
+  const double axis[] = {0.6, 0, 0.8};
+  report.views.push_back({"001", 123456789012, rotated(axis, 0.5), 9, 0.25});
+  report.diagnostics.reason = "converged";
+  report.diagnostics.counts = {{"events", 1000000}};
+  report.diagnostics.numbers = {{"condition", 1e5}};
+  return report;
+}
+
+/// The numbers in the brackets behind `name: !!opencv-matrix`.
+std::vector<double> matrix(const std::string& yaml, const std::string& name) {
+  const std::size_t at = yaml.find("\n" + name + ": !!opencv-matrix");
+  REQUIRE(at != std::string::npos);
+  const std::size_t open = yaml.find('[', at);
+  std::string list = yaml.substr(open + 1, yaml.find(']', at) - open - 1);
+  for (char& c : list) c = c == '\n' ? ' ' : c;
+  std::vector<double> values;
+  for (const Field& field : split(list, ',')) {
+    const auto value = parse_number(field.text);
+    REQUIRE(value);
+    values.push_back(*value);
+  }
+  return values;
+}
+
+}  // namespace
+
+TEST_CASE("calibration.json holds every field of its contract") {
+  const auto json = nlohmann::json::parse(calibration_json(example()));
+  CHECK(json["version"] == 1);
+  CHECK(json["status"] == "ok");
+  CHECK(json["stereo"].is_null());
+  const auto& camera = json["cameras"].at(0);
+  CHECK(camera["width"] == 640);
+  CHECK(camera["height"] == 480);
+  CHECK(camera["model"] == "brown");
+  CHECK(camera["fx"] == 400.5);
+  CHECK(camera["k1"] == -0.1);
+  CHECK(camera["p2"] == -0.002);
+  CHECK(camera["sigma"]["fy"] == 1.5);
+  CHECK(camera["sigma"]["k3"].is_null());
+  CHECK(camera["assumed"] == nlohmann::json{"k3"});
+  CHECK(camera["covariance"].size() == 9);
+  const auto& view = json["views"].at(0);
+  CHECK(view["t_us"] == 123456789012);
+  CHECK(view["R_cam_world"].size() == 9);
+  CHECK(view["t_cam_world_m"] == nlohmann::json{0.5, -1.5, 2.0});
+  CHECK(view["lines"] == 9);
+  CHECK(json["diagnostics"]["counts"]["events"] == 1000000);
+  CHECK(json["diagnostics"]["condition"] == 1e5);
+}
+
+TEST_CASE("a failure has a status, a reason and no camera") {
+  CalibrationReport report;
+  report.status = Status::degenerate_geometry;
+  report.diagnostics.reason = "all lines are parallel";
+  const auto json = nlohmann::json::parse(calibration_json(report));
+  CHECK(json["status"] == "degenerate_geometry");
+  CHECK(json["cameras"].is_array());
+  CHECK(json["cameras"].empty());
+  CHECK(json["views"].empty());
+  CHECK(json["diagnostics"]["reason"] == "all lines are parallel");
+}
+
+TEST_CASE("the OpenCV file holds camera, distortion and poses in OpenCV's order") {
+  const std::string yaml = calibration_opencv_yaml(example());
+  CHECK(yaml.rfind("%YAML:1.0\n---\n", 0) == 0);
+  CHECK(yaml.find("\nimage_width: 640\nimage_height: 480\n") != std::string::npos);
+  CHECK(matrix(yaml, "camera_matrix") == std::vector<double>{400.5, 0, 319.5, 0, 401, 240.25, 0, 0, 1});
+  CHECK(matrix(yaml, "distortion_coefficients") == std::vector<double>{-0.1, 0.02, 0.001, -0.002, 0});
+  const auto pose = matrix(yaml, "extrinsic_parameters");
+  const double expected[] = {0.3, 0, 0.4, 0.5, -1.5, 2.0};
+  for (std::size_t i = 0; i < 6; ++i) CHECK(pose[i] == doctest::Approx(expected[i]).epsilon(1e-12));
+}
+
+TEST_CASE("rotation vectors are right for all axes, for tiny angles and near pi") {
+  const double axes[][3] = {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0.6, 0.8, 0}, {-0.48, 0.6, 0.64}};
+  for (const auto& axis : axes) {
+    for (const double angle : {1e-9, 1e-3, 1.0, 2.5, 3.14159}) {
+      CAPTURE(axis[0]);
+      CAPTURE(angle);
+      CalibrationReport report = example();
+      report.views[0].T_cam_world = rotated(axis, angle);
+      const auto pose = matrix(calibration_opencv_yaml(report), "extrinsic_parameters");
+      for (std::size_t i = 0; i < 3; ++i) CHECK(std::abs(pose[i] - axis[i] * angle) < 1e-9 * angle + 1e-15);
+    }
+  }
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#include "support/run_command.hpp"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <stdexcept>
+
+#include "support/temporary_folder.hpp"
+
+namespace lecalib::test {
+namespace {
+
+constexpr uid_t kNobody = 65534;
+
+std::string content(const std::string& path) {
+  std::string text;
+  std::FILE* file = std::fopen(path.c_str(), "rb");
+  if (file == nullptr) return text;
+  char chunk[4096];
+  for (std::size_t n = 0; (n = std::fread(chunk, 1, sizeof chunk, file)) > 0;) text.append(chunk, n);
+  std::fclose(file);
+  return text;
+}
+
+/// In the child: sends a stream into a file.
+void redirect(int stream, const std::string& path) {
+  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  if (file < 0 || ::dup2(file, stream) < 0) ::_exit(kCannotRun);
+}
+
+[[noreturn]] void become_lecalib(std::vector<std::string> arguments, RunAs who) {
+  arguments.insert(arguments.begin(), "lecalib");
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  if (who == RunAs::nobody && (::setgid(kNobody) != 0 || ::setuid(kNobody) != 0)) ::_exit(kCannotRun);
+  ::execv(LECALIB_COMMAND, argv.data());
+  ::_exit(kCannotRun);
+}
+
+}  // namespace
+
+CommandRun run_lecalib(const std::vector<std::string>& arguments, RunAs who) {
+  const TemporaryFolder folder;
+  const pid_t child = ::fork();
+  if (child < 0) throw std::runtime_error("fork failed");
+  if (child == 0) {
+    redirect(STDOUT_FILENO, folder / "out");
+    redirect(STDERR_FILENO, folder / "err");
+    become_lecalib(arguments, who);
+  }
+  int status = 0;
+  if (::waitpid(child, &status, 0) != child) throw std::runtime_error("waitpid failed");
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(folder / "out"), content(folder / "err")};
+}
+
+}  // namespace lecalib::test

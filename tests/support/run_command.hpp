@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace lecalib::test {
+
+/// What a program did.
+struct CommandRun {
+  int exit_code = -1;  ///< -1 when a signal ended it
+  std::string out;
+  std::string err;
+};
+
+/// Who runs the program: a test of file permissions means nothing when run by root.
+enum class RunAs { me, nobody };
+
+/// Runs the built `lecalib` program with these arguments and waits for it.
+/// RunAs::nobody needs to be root and a build folder that others may enter; otherwise the program cannot start and the
+/// exit code is kCannotRun.
+CommandRun run_lecalib(const std::vector<std::string>& arguments, RunAs who = RunAs::me);
+
+inline constexpr int kCannotRun = 127;
+
+}  // namespace lecalib::test
