@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+/// The camera of core/records.hpp: pinhole with Brown's distortion, ideal to distorted ([Liu24] eq. 8). With
+/// x = X/Z, y = Y/Z, r2 = x^2 + y^2:
+///
+///     x_d = x (1 + k1 r2 + k2 r2^2 + k3 r2^3) + 2 p1 x y + p2 (r2 + 2 x^2),   u = fx x_d + cx
+///     y_d = y (1 + k1 r2 + k2 r2^2 + k3 r2^3) + 2 p2 x y + p1 (r2 + 2 y^2),   v = fy y_d + cy
+///
+/// The radial part only grows out to the radius where d(r_d)/dr = 0; beyond it the image folds back over itself. No
+/// function here returns a point of the folded branch.
+#pragma once
+
+#include "lecalib/core/records.hpp"
+#include "lecalib/math/eigen.hpp"
+
+namespace lecalib {
+
+using Mat2 = Eigen::Matrix2d;
+using Mat23 = Eigen::Matrix<double, 2, 3>;
+using Mat25 = Eigen::Matrix<double, 2, 5>;
+using Mat29 = Eigen::Matrix<double, 2, 9>;
+
+/// What valid_radius() returns where the radial polynomial never folds; nobody looks further than 89.9 degrees aside.
+inline constexpr double kUnboundedRadius = 1e3;
+
+/// Largest ideal radius |(x, y)| of the un-folded branch: the smallest r > 0 with d(r_d)/dr = 0 (p1, p2 left aside).
+double valid_radius(const Camera& camera);
+
+/// Ideal to distorted normalised coordinates, without any check of the domain: for loops that hold valid_radius().
+/// @param[out] d_ideal        2 x 2, may be null
+/// @param[out] d_coefficients 2 x 5 in the order k1 k2 p1 p2 k3, may be null
+Vec2 distort(const Camera& camera, const Vec2& ideal, Mat2* d_ideal = nullptr, Mat25* d_coefficients = nullptr);
+
+/// Pixel of a point in the camera frame. A point behind the camera (Z < 0) is projected too, as the point of its ray:
+/// the image of an infinite line knows no front.
+/// @param[out] d_point      2 x 3, px per unit of x_cam, may be null
+/// @param[out] d_intrinsics 2 x 9 in the order of kIntrinsics, may be null
+/// @return false, outputs unchanged, for Z = 0, beyond valid_radius() or where a value is not finite
+bool project(const Camera& camera, const Vec3& x_cam, Vec2* pixel, Mat23* d_point = nullptr,
+             Mat29* d_intrinsics = nullptr);
+
+/// Ideal normalised coordinates of a pixel.
+/// @return false, *ideal unchanged, where no point of the un-folded branch has this image
+bool unproject(const Camera& camera, const Vec2& pixel, Vec2* ideal);
+
+/// The ideal radius in [0, radius_limit] whose distorted radius is `distorted_radius` (p1, p2 left aside);
+/// radius_limit, at most valid_radius(), where it lies beyond.
+double undistort_radius(const Camera& camera, double distorted_radius, double radius_limit);
+
+}  // namespace lecalib

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+/// The residual of the whole calibration: how far a measured pixel lies from the distorted image of a model line.
+/// Everything is computed forward, from the ideal to the distorted image: no noisy point is ever un-distorted, so the
+/// residual is in the pixels that were measured and stays defined up to the fold of the distortion.
+#pragma once
+
+#include "lecalib/core/records.hpp"
+#include "lecalib/math/camera_model.hpp"
+#include "lecalib/math/eigen.hpp"
+
+namespace lecalib {
+
+using Row6 = Eigen::Matrix<double, 1, 6>;
+using Row9 = Eigen::Matrix<double, 1, 9>;
+
+/// A 3D line in the camera frame in Pluecker's coordinates. Its ideal image is { m : moment . (m, 1) = 0 }.
+struct CameraLine {
+  Vec3 moment;     ///< X_p x X_q
+  Vec3 direction;  ///< X_q - X_p
+};
+
+/// The model line seen from a camera with x_cam = R x_world + t.
+CameraLine line_in_camera(const Mat3& R, const Vec3& t, const ModelLine& line);
+
+/// The point of a line's distorted image nearest to a measured pixel.
+struct LineFoot {
+  Vec2 ideal;   ///< normalised coordinates, on the ideal line, inside the valid radius
+  Vec2 pixel;   ///< its distorted image
+  Vec2 normal;  ///< unit normal of the distorted line there, px
+};
+
+/// Finds the foot of `pixel` on the image of `line`: from the point of the ideal line that faces the roughly
+/// un-distorted pixel, by Gauss-Newton steps along the line.
+/// @param radius_limit at most valid_radius(camera)
+/// @return false, *foot unchanged, where no part of the ideal line lies inside radius_limit
+bool find_foot(const Camera& camera, double radius_limit, const CameraLine& line, const Vec2& pixel, LineFoot* foot);
+
+/// Residual and derivatives of one measured pixel.
+struct LineResidual {
+  double value_px;    ///< normal . (pixel - foot)
+  Row6 d_pose;        ///< by (w, v) of the update x_cam' = exp(w) x_cam + v
+  Row9 d_intrinsics;  ///< in the order of kIntrinsics
+};
+
+/// As find_foot, with the residual's derivatives. The foot minimises the distance, so its motion along the line drops
+/// out (envelope theorem) and the derivatives are those at a fixed foot: with m~ = (foot.ideal, 1) and the line's
+/// moment N and direction D, the line moves at the foot by d(N . m~) = w . (N x m~) + v . (D x m~).
+/// @return false, *out unchanged, where no part of the ideal line lies inside radius_limit
+bool line_residual(const Camera& camera, double radius_limit, const CameraLine& line, const Vec2& pixel,
+                   LineResidual* out);
+
+}  // namespace lecalib
