@@ -13,6 +13,9 @@ if(TARGET lecalib_host)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/lecalib/host DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lecalib
     FILES_MATCHING PATTERN "*.hpp")
 endif()
+if(TARGET lecalib_command)
+  install(TARGETS lecalib_command)
+endif()
 install(TARGETS ${installed_targets} EXPORT lecalib-targets)
 install(EXPORT lecalib-targets NAMESPACE lecalib:: DESTINATION ${package_dir})
 

@@ -8,8 +8,8 @@
 #define eigen_assert(expression) LECALIB_ASSERT(expression)
 #endif
 
-#include <Eigen/Core>      // IWYU pragma: export
 #include <Eigen/Cholesky>  // IWYU pragma: export
+#include <Eigen/Core>      // IWYU pragma: export
 #include <Eigen/Geometry>  // IWYU pragma: export
 #include <Eigen/LU>        // IWYU pragma: export
 
