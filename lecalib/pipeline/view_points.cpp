@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/pipeline/view_points.hpp"
+
+#include <cmath>
+
+namespace lecalib {
+namespace {
+
+/// The points of one line at one end of its window.
+void add_line(const ViewPointOptions& options, const Segment& segment, const EventLine& line, double sigma_px,
+              std::uint16_t model_line, LinePoint* out) {
+  const std::uint32_t n = options.points_per_line;
+  const double point_sigma = sigma_px * std::sqrt(0.5 * n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    LinePoint& point = out[i];
+    point_on_bent_segment(segment, line.bend_px, static_cast<double>(i) / (n - 1), &point.u_px, &point.v_px);
+    point.sigma_px = point_sigma;
+    point.line = model_line;
+  }
+}
+
+}  // namespace
+
+void point_on_bent_segment(const Segment& segment, float bend_px, double fraction, double* u_px, double* v_px) {
+  const double dx = static_cast<double>(segment.x2) - static_cast<double>(segment.x1);
+  const double dy = static_cast<double>(segment.y2) - static_cast<double>(segment.y1);
+  const double length = std::sqrt(dx * dx + dy * dy);
+  const double rise = length > 0 ? 4 * fraction * (1 - fraction) * static_cast<double>(bend_px) / length : 0;
+  *u_px = static_cast<double>(segment.x1) + fraction * dx - rise * dy;
+  *v_px = static_cast<double>(segment.y1) + fraction * dy + rise * dx;
+}
+
+Status make_view_points(const ViewPointOptions& options, Span<const LineWindow> windows, Span<const LineMatch> matches,
+                        Span<LinePoint> points, Span<View> views, std::size_t* num_points, std::size_t* num_views) {
+  const std::uint32_t n = options.points_per_line;
+  if (n < 3 || n > kMaxPointsPerLine) return Status::invalid_argument;
+  if (points.size() < 2 * matches.size() * n) return Status::capacity_exceeded;
+  std::size_t used = 0;
+  std::size_t made = 0;
+  for (std::size_t first = 0, last = 0; first < matches.size(); first = last) {
+    const std::uint16_t window = matches[first].window;
+    if (window >= windows.size() || (first > 0 && matches[first - 1].window > window)) return Status::invalid_argument;
+    while (last < matches.size() && matches[last].window == window) ++last;
+    if (made + 2 > views.size()) return Status::capacity_exceeded;
+    for (const bool at_end : {false, true}) {
+      const std::size_t start = used;
+      for (std::size_t m = first; m < last; ++m, used += n) {
+        if (matches[m].line >= windows[window].lines.size()) return Status::invalid_argument;
+        const EventLine& line = windows[window].lines[matches[m].line];
+        const float sigma = at_end ? line.sigma_end_px : line.sigma_begin_px;
+        add_line(options, at_end ? line.end : line.begin, line, static_cast<double>(sigma), matches[m].model_line,
+                 &points[used]);
+      }
+      views[made++] = {at_end ? windows[window].end_us : windows[window].begin_us, static_cast<std::uint32_t>(start),
+                       static_cast<std::uint32_t>(used - start)};
+    }
+  }
+  *num_points = used;
+  *num_views = made;
+  return Status::ok;
+}
+
+}  // namespace lecalib

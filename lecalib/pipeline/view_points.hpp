@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "lecalib/core/records.hpp"
+#include "lecalib/core/status.hpp"
+
+namespace lecalib {
+
+struct ViewPointOptions {
+  /// Points that stand for one line, spread evenly from end to end along its bend; 3 to kMaxPointsPerLine. Three carry
+  /// all that the line knows (place, direction, bend); more cost time and bring nothing.
+  std::uint32_t points_per_line = 3;
+};
+inline constexpr std::uint32_t kMaxPointsPerLine = 16;
+
+/// The point at `fraction` (0 to 1) of a segment that bends by bend_px at its middle.
+void point_on_bent_segment(const Segment& segment, float bend_px, double fraction, double* u_px, double* v_px);
+
+/// Turns the matched lines of windows into views: two for each matched window, at its begin and its end.
+/// The points of a line share its one-sigma such that together they weigh as much as its two end points.
+/// @param matches ordered by window
+/// @param points  [2 x matches.size() x points_per_line] at least
+/// @param views   [2 x matched windows] at least
+/// @return ok | invalid_argument (options, an index out of range, matches not ordered) | capacity_exceeded;
+///         *num_points and *num_views unchanged unless ok
+Status make_view_points(const ViewPointOptions& options, Span<const LineWindow> windows, Span<const LineMatch> matches,
+                        Span<LinePoint> points, Span<View> views, std::size_t* num_points, std::size_t* num_views);
+
+}  // namespace lecalib
