@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+/// The one place where bytes become words: bounds are checked and the byte order is fixed here.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "lecalib/core/span.hpp"
+
+namespace lecalib {
+
+/// Cuts a byte stream that arrives in pieces of any size into little-endian words.
+/// At most sizeof(Word) - 1 bytes are kept between the pieces.
+template <class Word>
+class WordReader {
+ public:
+  /// Hands the words of `*input` to `sink` and drops what it took from the front of `*input`.
+  /// @param sink bool(Word); false stops after this word.
+  template <class Sink>
+  void read(Span<const std::uint8_t>* input, Sink&& sink) noexcept {
+    const std::uint8_t* byte = input->begin();
+    const std::uint8_t* const end = input->end();
+    bool wanted = true;
+    if (carried_ > 0) {
+      while (carried_ < sizeof(Word) && byte != end) carry_[carried_++] = *byte++;
+      if (carried_ == sizeof(Word)) {
+        carried_ = 0;
+        wanted = sink(load(carry_));
+      }
+    }
+    while (wanted && static_cast<std::size_t>(end - byte) >= sizeof(Word)) {
+      wanted = sink(load(byte));
+      byte += sizeof(Word);
+    }
+    if (wanted) {
+      while (byte != end) carry_[carried_++] = *byte++;
+    }
+    const auto taken = static_cast<std::size_t>(byte - input->begin());
+    offset_ += taken;
+    *input = input->subspan(taken);
+  }
+
+  /// Bytes of an unfinished word.
+  [[nodiscard]] std::size_t carried() const noexcept { return carried_; }
+  /// Bytes taken so far, the unfinished word's included.
+  [[nodiscard]] std::uint64_t offset() const noexcept { return offset_; }
+
+ private:
+  static Word load(const std::uint8_t* bytes) noexcept {
+    std::uint32_t word = 0;
+    for (std::size_t i = 0; i < sizeof(Word); ++i) word |= static_cast<std::uint32_t>(bytes[i]) << (8U * i);
+    return static_cast<Word>(word);
+  }
+  static_assert(sizeof(Word) <= sizeof(std::uint32_t));
+
+  std::uint8_t carry_[sizeof(Word)] = {};
+  std::size_t carried_ = 0;
+  std::uint64_t offset_ = 0;
+};
+
+}  // namespace lecalib

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/events/evt3_decoder.hpp"
+
+#include "lecalib/events/word_decoder_impl.hpp"
+
+namespace lecalib {
+namespace {
+
+constexpr unsigned kTimeLowBits = 12;
+constexpr std::uint32_t kCoordinates = 1U << 11U;
+constexpr std::uint32_t kPolarityBit = 1U << 11U;
+
+enum Type : std::uint32_t {
+  kAddrY = 0x0,
+  kAddrX = 0x2,
+  kVectBaseX = 0x3,
+  kVect12 = 0x4,
+  kVect8 = 0x5,
+  kTimeLow = 0x6,
+  kContinued4 = 0x7,
+  kTimeHigh = 0x8,
+  kExtTrigger = 0xA,
+  kOthers = 0xE,
+  kContinued12 = 0xF,
+};
+
+}  // namespace
+
+Evt3Format::Evt3Format(SensorSize size) noexcept
+    : width_(is_known(size) ? size.width : kCoordinates), height_(is_known(size) ? size.height : kCoordinates) {}
+
+inline void Evt3Format::take(Word word, EventRoom* room, DecoderStats* stats) noexcept {
+  const std::uint32_t content = word & 0x0FFFU;
+  switch (word >> 12U) {
+    case kAddrY: take_row(content % kCoordinates); break;
+    case kAddrX: take_event(content, room, stats); break;
+    case kVectBaseX:
+      base_x_ = content % kCoordinates;
+      polarity_ = (content & kPolarityBit) != 0 ? 1 : 0;
+      break;
+    case kVect12: take_vector(content, 12, room, stats); break;
+    case kVect8: take_vector(content & 0xFFU, 8, room, stats); break;
+    case kTimeLow: take_time_low(content, stats); break;
+    case kTimeHigh: take_time_high(content, stats); break;
+    case kContinued4:
+    case kExtTrigger:
+    case kOthers:
+    case kContinued12: ++stats->other_words; break;
+    default: ++stats->undefined_words; break;
+  }
+}
+
+inline void Evt3Format::take_row(std::uint32_t row) noexcept {
+  row_ = row;
+  has_row_ = true;
+}
+
+inline void Evt3Format::take_event(std::uint32_t x_and_polarity, EventRoom* room, DecoderStats* stats) const noexcept {
+  const std::uint32_t x = x_and_polarity % kCoordinates;
+  if (!is_placed()) {
+    ++stats->unplaced;
+  } else if (x >= width_ || row_ >= height_) {
+    ++stats->outside;
+  } else {
+    *room->next++ = {t_us_, static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(row_),
+                     static_cast<std::uint8_t>((x_and_polarity & kPolarityBit) != 0)};
+  }
+}
+
+inline void Evt3Format::take_vector(std::uint32_t bits, std::uint32_t length, EventRoom* room,
+                                    DecoderStats* stats) noexcept {
+  const std::uint32_t x = base_x_;
+  // A row of vector words that never ends must not bring x back into the image.
+  base_x_ = x < kCoordinates ? x + length : x;
+  if (!is_placed()) {
+    stats->unplaced += static_cast<std::uint64_t>(__builtin_popcount(bits));
+    return;
+  }
+  if (row_ >= height_ || x + length > width_) {
+    const std::uint32_t on_sensor = row_ < height_ && x < width_ ? bits & ((1U << (width_ - x)) - 1U) : 0;
+    stats->outside += static_cast<std::uint64_t>(__builtin_popcount(bits ^ on_sensor));
+    bits = on_sensor;
+  }
+  vector_ = bits;
+  vector_x_ = x;
+  flush(room);
+}
+
+inline void Evt3Format::flush(EventRoom* room) noexcept {
+  std::uint32_t bits = vector_;
+  Event* next = room->next;
+  for (; bits != 0 && next != room->end; bits &= bits - 1) {
+    const std::uint32_t x = vector_x_ + static_cast<std::uint32_t>(__builtin_ctz(bits));
+    *next++ = {t_us_, static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(row_), polarity_};
+  }
+  room->next = next;
+  vector_ = bits;
+}
+
+inline void Evt3Format::take_time_high(std::uint32_t reading, DecoderStats* stats) noexcept {
+  const std::int64_t before = clock_.value();
+  clock_.update(reading);
+  if (clock_.value() == before) return;
+  if (clock_.value() < before) ++stats->time_steps_back;
+  stats->time_wraps = static_cast<std::uint64_t>(clock_.wraps());
+  t_us_ = clock_.value() << kTimeLowBits;
+}
+
+inline void Evt3Format::take_time_low(std::uint32_t reading, DecoderStats* stats) noexcept {
+  const std::int64_t t_us = (clock_.value() << kTimeLowBits) + reading;
+  if (t_us < t_us_) ++stats->time_steps_back;
+  t_us_ = t_us;
+}
+
+template class WordDecoder<Evt3Format>;
+
+}  // namespace lecalib

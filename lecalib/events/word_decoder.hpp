@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "lecalib/events/bytes.hpp"
+#include "lecalib/events/decoder.hpp"
+
+namespace lecalib {
+
+/// Room for events: [next, end).
+struct EventRoom {
+  Event* next;
+  Event* end;
+};
+
+/// The decoder of a format whose stream is a row of equal words. Contract: decoder.hpp.
+///
+/// Format holds what one word leaves for the next ones:
+///     using Word = ...;                            // little-endian in the stream
+///     explicit Format(SensorSize);
+///     void take(Word, EventRoom*, DecoderStats*);  // called with room for at least one event
+///     void flush(EventRoom*);                      // gives events of the last word that found no room
+///     bool is_flushed() const;
+/// The bodies stand in word_decoder_impl.hpp, which only the format's own source includes.
+template <class Format>
+class WordDecoder {
+ public:
+  explicit WordDecoder(SensorSize size = {}) noexcept : format_(size) {}
+
+  /// @return ok | invalid_argument (`out` is empty) | malformed_input (after finish() found a cut word)
+  Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count) noexcept;
+  /// @return ok | invalid_argument (`out` is empty) | malformed_input (the stream ended within a word)
+  Status finish(Span<Event> out, std::size_t* count) noexcept;
+
+  [[nodiscard]] const DecoderStats& stats() const noexcept { return stats_; }
+  [[nodiscard]] const DecodeError& error() const noexcept { return error_; }
+
+ private:
+  WordReader<typename Format::Word> reader_;
+  Format format_;
+  DecoderStats stats_;
+  DecodeError error_;
+  Status status_ = Status::ok;
+};
+
+}  // namespace lecalib

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "lecalib/events/word_decoder.hpp"
+
+namespace lecalib {
+
+template <class Format>
+Status WordDecoder<Format>::decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count) noexcept {
+  *count = 0;
+  if (out.empty()) return Status::invalid_argument;
+  if (is_error(status_)) return status_;
+  Format format = format_;  // copies that the compiler can keep in registers
+  DecoderStats stats = stats_;
+  EventRoom room{out.begin(), out.end()};
+  format.flush(&room);
+  if (room.next != room.end) {
+    reader_.read(input, [&](typename Format::Word word) {
+      format.take(word, &room, &stats);
+      return room.next != room.end;
+    });
+  }
+  *count = static_cast<std::size_t>(room.next - out.begin());
+  stats.events += *count;
+  format_ = format;
+  stats_ = stats;
+  return Status::ok;
+}
+
+template <class Format>
+Status WordDecoder<Format>::finish(Span<Event> out, std::size_t* count) noexcept {
+  *count = 0;
+  if (out.empty()) return Status::invalid_argument;
+  if (is_error(status_)) return status_;
+  EventRoom room{out.begin(), out.end()};
+  format_.flush(&room);
+  *count = static_cast<std::size_t>(room.next - out.begin());
+  stats_.events += *count;
+  if (format_.is_flushed() && reader_.carried() > 0) {
+    error_ = {"a whole last word", reader_.offset() - reader_.carried(), 0};
+    status_ = Status::malformed_input;
+  }
+  return status_;
+}
+
+}  // namespace lecalib

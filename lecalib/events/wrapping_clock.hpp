@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+namespace lecalib {
+
+/// Unrolls a counter of kBits bits that runs over.
+///
+/// A roll-over is a step back by more than three quarters of the range; the like step forward undoes it (a late word
+/// from before the roll-over). Smaller steps are taken as they are: a single wrong bit moves the counter by half of
+/// its range at most, so it spoils one reading and never the ones after it.
+template <unsigned kBits>
+class WrappingClock {
+ public:
+  void update(std::uint32_t reading) noexcept {
+    const std::int64_t step = static_cast<std::int64_t>(reading) - reading_;
+    if (step < -kRollOver) ++wraps_;
+    if (step > kRollOver && wraps_ > 0) --wraps_;
+    reading_ = reading;
+    started_ = true;
+  }
+
+  [[nodiscard]] bool started() const noexcept { return started_; }
+  /// The last reading with its roll-overs; 0 before the first.
+  [[nodiscard]] std::int64_t value() const noexcept { return (wraps_ << kBits) + reading_; }
+  [[nodiscard]] std::int64_t wraps() const noexcept { return wraps_; }
+
+ private:
+  static_assert(kBits < 32);
+  static constexpr std::int64_t kRollOver = (std::int64_t{1} << kBits) / 4 * 3;
+
+  std::int64_t reading_ = 0;
+  std::int64_t wraps_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace lecalib
