@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+
+#include <fstream>
+#include <map>
+#include <string>
+
+#include "lecalib/events/event_stream.hpp"
+#include "support/decode_pieces.hpp"
+#include "support/random_events.hpp"
+#include "support/shared_data.hpp"
+
+namespace lecalib::test {
+namespace {
+
+const std::vector<Word> kEvt3Words = {{8, 3}, {6, 7}, {0, 100}, {2, 200}};
+const std::vector<Event> kEvt3Events = {{3 * 4096 + 7, 200, 100, 0}};
+
+/// What the stream decoder says of `bytes`, and of itself.
+struct Opened {
+  Decoded decoded;
+  EventFormat format;
+  std::string format_name;
+  SensorSize stated;
+  SensorSize size;
+};
+
+Opened open(const Bytes& bytes, SensorSize given = {}) {
+  EventStreamDecoder decoder(given);
+  Opened opened;
+  opened.decoded = decode_whole(decoder, bytes);
+  Span<const std::uint8_t> input(bytes);
+  std::vector<Event> out(1000);
+  std::size_t count = 0;
+  do {
+    if (decoder.decode(&input, out, &count) != Status::ok) break;
+  } while (count > 0);
+  if (decoder.finish(out, &count) != Status::ok) CHECK(opened.decoded.status != Status::ok);
+  opened.format = decoder.format();
+  opened.format_name = decoder.format_name();
+  opened.stated = decoder.stated_size();
+  opened.size = decoder.size();
+  CHECK(decoder.width() == opened.size.width);
+  CHECK(decoder.height() == opened.size.height);
+  return opened;
+}
+
+TEST_CASE("stream: a RAW header gives format and size") {
+  for (const std::string header :
+       {"% evt 3.0\n% geometry 640x480\n% end\n", "% format EVT3;height=480;width=640\n",
+        "% date today\r\n% evt 3.0\r\n% format EVT3;width=640;height=480\r\n% geometry 640x480\r\n% end\r\n"}) {
+    CAPTURE(header);
+    const Bytes bytes = to_bytes(header) + evt3_bytes(kEvt3Words);
+    const Opened opened = open(bytes);
+    CHECK(opened.decoded.status == Status::ok);
+    CHECK(opened.decoded.events == kEvt3Events);
+    CHECK(opened.format == EventFormat::evt3);
+    CHECK(opened.format_name == "EVT3");
+    CHECK(opened.stated.width == 640);
+    CHECK(opened.stated.height == 480);
+    check_every_split(EventStreamDecoder(), bytes);
+  }
+}
+
+TEST_CASE("stream: the caller's size counts where the header states none") {
+  const Bytes bytes = to_bytes("% evt 3.0\n") + evt3_bytes(kEvt3Words);
+  const Opened unknown = open(bytes);
+  CHECK(unknown.decoded.events.size() == 1);
+  CHECK_FALSE(is_known(unknown.size));
+  const Opened small = open(bytes, {200, 200});
+  CHECK(small.decoded.events.empty());
+  CHECK(small.decoded.stats.outside == 1);
+  CHECK_FALSE(is_known(small.stated));
+  CHECK(small.size.width == 200);
+  const Opened stated = open(to_bytes("% geometry 201x201\n") + bytes, {200, 200});
+  CHECK(stated.decoded.events.size() == 1);
+  CHECK(stated.size.width == 201);
+  CHECK(open(to_bytes("% geometry 99999x12z\n") + bytes).stated.width == 0);
+}
+
+TEST_CASE("stream: events that begin with the byte of '%' are no header") {
+  // Without "% end" the first words' bytes look like the begin of one more line.
+  for (const std::vector<Word>& words :
+       {std::vector<Word>{{8, 0x025}, {0, 1}, {2, 0xA0A}},
+        std::vector<Word>{{2, 0x025}, {2, 0x020}, {8, 0x025}, {0, 1}, {2, 5}}, std::vector<Word>{{8, 0x025}}}) {
+    const Bytes header = to_bytes("% evt 3.0\n");
+    const Decoded plain = decode_whole(Evt3Decoder(), evt3_bytes(words));
+    const Bytes bytes = header + evt3_bytes(words);
+    const Decoded decoded = decode_whole(EventStreamDecoder(), bytes);
+    CHECK(decoded == plain);
+    check_every_split(EventStreamDecoder(), bytes);
+  }
+  // EVT2: '%', ' ' and a printable byte before the type: held back as a header line until the fourth byte.
+  const std::vector<Word> words = {{1, 0x412025}, {8, 2}, {1, 0x412025}};
+  const Bytes bytes = to_bytes("% evt 2.0\n") + evt2_bytes(words);
+  CHECK(decode_whole(EventStreamDecoder(), bytes) == decode_whole(Evt2Decoder(), evt2_bytes(words)));
+  check_every_split(EventStreamDecoder(), bytes);
+  // After "% end" nothing is a header.
+  const Bytes ended = to_bytes("% evt 3.0\n% end\n") + evt3_bytes({{2, 0x025}, {2, 0x020}, {0, 0xA20}});
+  CHECK(decode_whole(EventStreamDecoder(), ended).stats.unplaced == 2);
+}
+
+TEST_CASE("stream: header lines of any length") {
+  const Bytes bytes =
+      to_bytes("% evt 3.0\n% note " + std::string(5000, '.') + "\n%\n% geometry 640x480\n") + evt3_bytes(kEvt3Words);
+  const Opened opened = open(bytes);
+  CHECK(opened.decoded.events == kEvt3Events);
+  CHECK(opened.stated.width == 640);
+}
+
+TEST_CASE("stream: a file of header alone has no events") {
+  for (const char* header : {"% evt 3.0\n", "% evt 3.0", "% evt 2.0\n% end\n", "% evt 2.0\n% end", "% evt 3.0\n%"}) {
+    CAPTURE(header);
+    const Decoded decoded = decode_whole(EventStreamDecoder(), to_bytes(header));
+    CHECK(decoded.status == Status::ok);
+    CHECK(decoded.events.empty());
+    check_every_split(EventStreamDecoder(), to_bytes(header));
+  }
+}
+
+TEST_CASE("stream: text is told by its first byte") {
+  const std::vector<Event> expected{{7, 1, 2, 1}};
+  for (const char* text :
+       {"7 1 2 1\n", "t,x,y,p\n7,1,2,1\n", "# a comment\n7 1 2 1", "\n7 1 2 1\n", "SQL x y p\n7 1 2 1\n"}) {
+    CAPTURE(text);
+    const Opened opened = open(to_bytes(text));
+    CHECK(opened.decoded.events == expected);
+    CHECK(opened.format == EventFormat::text);
+    CHECK(opened.format_name == "text");
+    check_every_split(EventStreamDecoder(), to_bytes(text));
+  }
+  CHECK(decode_whole(EventStreamDecoder(), to_bytes("7")).status == Status::malformed_input);
+  const Opened sized = open(to_bytes("240 180\n7 240 2 1\n"));
+  CHECK(sized.stated.width == 240);
+  CHECK(sized.decoded.stats.outside == 1);
+}
+
+TEST_CASE("stream: formats that are not read are named") {
+  const std::map<std::string, std::string> names = {
+      {"#!AER-DAT4.0\r\n", "AEDAT"},
+      {"#!AER-DAT2.0\r\n", "AEDAT"},
+      {"#ROSBAG V2.0\n", "ROS bag"},
+      {"\x89HDF\r\n\x1a\n", "HDF5"},
+      {"\x1f\x8b\x08", "gzip"},
+      {"PK\x03\x04", "zip"},
+      {"SQLite format 3", "SQLite (ROS 2 bag)"},
+      {"\xef\xbb\xbf"
+       "1 2 3 1\n",
+       "text with a byte order mark"},
+      {"% Data file containing CD events.\n% Version 2\n\x0c\x08", "DAT"},
+      {"% evt 2.1\n% end\n", "EVT2.1"},
+      {"% format EVT21;height=320;width=320\n% end\n", "EVT2.1"},
+      {"% evt 4.0\n\x80\x80", "EVT4"},
+      {"% date\n% end\n", "'%' header without a known evt or format"},
+      {"%!PS", "'%' header without a known evt or format"},
+      {"\x01\x02", "unknown"},
+  };
+  for (const auto& [text, name] : names) {
+    const Opened opened = open(to_bytes(text));
+    CHECK(opened.format_name == name);
+    CHECK(opened.format == EventFormat::unknown);
+    CHECK(opened.decoded.status == Status::unsupported_format);
+    check_every_split(EventStreamDecoder(), to_bytes(text));
+  }
+}
+
+TEST_CASE("stream: an empty one is malformed") {
+  const Decoded decoded = decode_whole(EventStreamDecoder(), {});
+  CHECK(decoded.status == Status::malformed_input);
+  CHECK(decoded.expected == "Prophesee RAW (EVT2, EVT3) or text");
+  EventStreamDecoder decoder;
+  Span<const std::uint8_t> nothing;
+  std::size_t count = 0;
+  CHECK(decoder.decode(&nothing, {}, &count) == Status::invalid_argument);
+  CHECK(decoder.finish({}, &count) == Status::invalid_argument);
+}
+
+TEST_CASE("stream: an error's place counts from the first byte of the stream") {
+  const Bytes bytes = to_bytes("% evt 3.0\n") + evt3_bytes(kEvt3Words) + Bytes{1};
+  const Decoded decoded = decode_whole(EventStreamDecoder(), bytes);
+  CHECK(decoded.status == Status::malformed_input);
+  CHECK(decoded.error_offset == bytes.size() - 1);
+  CHECK(decoded.events == kEvt3Events);
+  const Decoded text = decode_whole(EventStreamDecoder(), to_bytes("1 2 3 1\n1 2 3 5\n"));
+  CHECK(text.error_line == 2);
+  CHECK(text.error_offset == 15);
+}
+
+// ---------------------------------------------------------------------------------------------------- real recordings
+
+std::map<std::string, std::int64_t> sums_of(const std::vector<Event>& events) {
+  std::map<std::string, std::int64_t> sums;
+  sums["events"] = static_cast<std::int64_t>(events.size());
+  sums["first_t_us"] = events.front().t_us;
+  sums["last_t_us"] = events.back().t_us;
+  for (const Event& event : events) {
+    sums["on"] += event.polarity;
+    sums["sum_x"] += event.x;
+    sums["sum_y"] += event.y;
+  }
+  return sums;
+}
+
+TEST_CASE("stream: a real EVT3 recording gives what an independent decoder found") {
+  const auto data = shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const auto folder = *data / "real" / "gen3_evt3";
+  std::map<std::string, std::int64_t> expected;
+  std::ifstream file(folder / "expected.txt");
+  std::string name;
+  std::int64_t value = 0;
+  while (file >> name >> value) expected[name] = value;
+  REQUIRE(expected.size() == 6);
+
+  const Bytes bytes = read_bytes(folder / "events.raw");
+  const Decoded decoded = decode_whole(EventStreamDecoder(), bytes, 4096);
+  CHECK(decoded.status == Status::ok);
+  CHECK(sums_of(decoded.events) == expected);
+  CHECK(decoded.stats.other_words > 0);
+  CHECK(decoded.stats.undefined_words == 0);
+
+  std::vector<Span<const std::uint8_t>> odd_pieces;
+  for (std::size_t i = 0; i < bytes.size(); i += 997)
+    odd_pieces.push_back(Span<const std::uint8_t>(bytes).subspan(i, 997));
+  CHECK(decode_pieces(EventStreamDecoder(), odd_pieces, 61) == decoded);
+}
+
+TEST_CASE("stream: a real EVT2 recording without end of header and geometry") {
+  const auto data = shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const Opened opened = open(read_bytes(*data / "real" / "gen3_evt2" / "events.raw"));
+  CHECK(opened.format == EventFormat::evt2);
+  CHECK_FALSE(is_known(opened.stated));
+  CHECK(opened.decoded.status == Status::ok);
+  CHECK(opened.decoded.events.size() == 521'252);
+  CHECK(opened.decoded.events.front().t_us / 100'000 == 9137);
+  CHECK(opened.decoded.events.back().t_us - opened.decoded.events.front().t_us < 97'000);
+}
+
+TEST_CASE("stream: real text recordings") {
+  const auto data = shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const Decoded shapes =
+      decode_whole(EventStreamDecoder(), read_bytes(*data / "real" / "davis240c_shapes" / "events.txt"));
+  CHECK(shapes.status == Status::ok);
+  CHECK(shapes.events.size() == 20'000);
+  CHECK(shapes.events.front() == Event{2'097'134, 162, 27, 0});
+  CHECK(open(read_bytes(*data / "real" / "davis346_tags" / "events.csv.gz")).format_name == "gzip");
+  CHECK(open(read_bytes(*data / "real" / "atis_dat" / "events.dat")).format_name == "DAT");
+  CHECK(open(read_bytes(*data / "real" / "davis346_lab_aedat4" / "davis.aedat4")).format_name == "AEDAT");
+}
+
+TEST_CASE("stream: a simulated recording that crosses the roll-over of 24 bits") {
+  const auto data = shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const Decoded decoded =
+      decode_whole(EventStreamDecoder(), read_bytes(*data / "sim" / "06_corridor_vga_hover" / "events.raw"), 4096);
+  CHECK(decoded.status == Status::ok);
+  CHECK(decoded.stats.time_wraps == 1);
+  CHECK(decoded.stats.time_steps_back == 0);
+  CHECK(decoded.events.back().t_us - decoded.events.front().t_us < 500'000);
+}
+
+}  // namespace
+}  // namespace lecalib::test

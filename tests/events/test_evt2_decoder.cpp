@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+
+#include "lecalib/events/evt2_decoder.hpp"
+#include "support/decode_pieces.hpp"
+#include "support/random_events.hpp"
+
+namespace lecalib::test {
+namespace {
+
+constexpr SensorSize kSize{640, 480};
+enum Type : unsigned { kOff = 0, kOn = 1, kHigh = 8, kTrigger = 10, kOthers = 14, kContinued = 15 };
+
+constexpr std::uint32_t cd(std::uint32_t low, std::uint32_t x, std::uint32_t y) { return low << 22U | x << 11U | y; }
+
+TEST_CASE("EVT2: a word carries the lower time, column and row") {
+  const Decoded decoded =
+      decode_whole(Evt2Decoder(kSize), evt2_bytes({{kHigh, 1000}, {kOn, cd(63, 639, 479)}, {kOff, cd(0, 0, 0)}}));
+  CHECK(decoded.status == Status::ok);
+  CHECK(decoded.events == std::vector<Event>{{64063, 639, 479, 1}, {64000, 0, 0, 0}});
+}
+
+TEST_CASE("EVT2: events before the first TIME_HIGH are counted, not guessed") {
+  const Decoded decoded =
+      decode_whole(Evt2Decoder(kSize), evt2_bytes({{kOn, cd(5, 1, 1)}, {kHigh, 1}, {kOn, cd(6, 2, 2)}}));
+  CHECK(decoded.events == std::vector<Event>{{70, 2, 2, 1}});
+  CHECK(decoded.stats.unplaced == 1);
+}
+
+TEST_CASE("EVT2: 34 bits of time roll over") {
+  constexpr std::uint32_t kMax = (1U << 28U) - 1;
+  const Decoded decoded = decode_whole(
+      Evt2Decoder(kSize),
+      evt2_bytes(
+          {{kHigh, kMax}, {kOn, cd(63, 0, 0)}, {kHigh, 0}, {kOn, cd(0, 0, 0)}, {kHigh, kMax}, {kOn, cd(0, 0, 0)}}));
+  REQUIRE(decoded.events.size() == 3);
+  CHECK(decoded.events[1].t_us == decoded.events[0].t_us + 1);
+  CHECK(decoded.events[2].t_us == decoded.events[0].t_us - 63);  // late, from before the roll-over
+  CHECK(decoded.stats.time_wraps == 0);
+  CHECK(decoded.stats.time_steps_back == 1);
+}
+
+TEST_CASE("EVT2: other words and events beside the sensor are counted") {
+  const Decoded decoded = decode_whole(Evt2Decoder(kSize), evt2_bytes({{kHigh, 0},
+                                                                       {kTrigger, 1},
+                                                                       {kOthers, 2},
+                                                                       {kContinued, 3},
+                                                                       {2, 0},
+                                                                       {9, 0},
+                                                                       {kOn, cd(0, 640, 0)},
+                                                                       {kOn, cd(0, 0, 480)},
+                                                                       {kOff, cd(0, 1, 2)}}));
+  CHECK(decoded.events == std::vector<Event>{{0, 1, 2, 0}});
+  CHECK(decoded.stats.other_words == 3);
+  CHECK(decoded.stats.undefined_words == 2);
+  CHECK(decoded.stats.outside == 2);
+}
+
+TEST_CASE("EVT2: a cut last word is told with its place") {
+  Bytes bytes = evt2_bytes({{kHigh, 0}, {kOn, cd(1, 2, 3)}});
+  for (const std::size_t size : {5U, 6U, 7U}) {
+    const Decoded decoded = decode_pieces(Evt2Decoder(kSize), {Span<const std::uint8_t>(bytes).first(size)});
+    CHECK(decoded.status == Status::malformed_input);
+    CHECK(decoded.error_offset == 4);
+    CHECK(decoded.events.empty());
+  }
+}
+
+TEST_CASE("EVT2: what is encoded is decoded, wherever the bytes are cut") {
+  Rng rng(2);
+  const std::vector<Event> events =
+      random_events(&rng, 150, (std::int64_t{1} << 34) - 3000, 100, kSize.width, kSize.height);
+  REQUIRE(events.back().t_us > std::int64_t{1} << 34);
+  const Bytes bytes = encode_evt2(events);
+  CHECK(decode_whole(Evt2Decoder(kSize), bytes).events == events);
+  check_every_split(Evt2Decoder(kSize), bytes);
+
+  Bytes noise;
+  for (int i = 0; i < 502; ++i) noise.push_back(static_cast<std::uint8_t>(rng.next()));
+  check_every_split(Evt2Decoder(kSize), noise);
+}
+
+}  // namespace
+}  // namespace lecalib::test
