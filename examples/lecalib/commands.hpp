@@ -30,5 +30,6 @@ inline void check(const host::MaybeError& error) {
 }
 
 // The subcommands, in the order in which --help lists them: main() calls each.
+void add_info(CLI::App& app);
 
 }  // namespace lecalib::command

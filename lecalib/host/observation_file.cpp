@@ -65,7 +65,7 @@ class TableParser {
     return std::nullopt;
   }
 
-  /// Groups the rows by view. @return an Error without file.
+  /// Groups the rows by view and line. @return an Error without file.
   Result<Observations> finish() {
     std::map<std::pair<std::uint32_t, std::uint16_t>, std::size_t> points_on_line;
     for (const Row& row : rows_) ++points_on_line[{row.view, row.point.line}];
@@ -75,7 +75,8 @@ class TableParser {
                      "", row.file_line};
       }
     }
-    std::stable_sort(rows_.begin(), rows_.end(), [](const Row& a, const Row& b) { return a.view < b.view; });
+    const auto key = [](const Row& row) { return std::pair(row.view, row.point.line); };
+    std::stable_sort(rows_.begin(), rows_.end(), [key](const Row& a, const Row& b) { return key(a) < key(b); });
     Observations out;
     out.has_sigma = columns_ == 5;
     out.view_names = std::move(view_names_);

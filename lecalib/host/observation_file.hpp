@@ -20,7 +20,7 @@ inline constexpr double kDefaultSigmaPx = 1.0;
 struct Observations {
   std::vector<std::string> view_names;  ///< of views[i], in order of first appearance
   std::vector<View> views;              ///< t_us is the view's index: a list of points knows no time
-  std::vector<LinePoint> points;        ///< grouped by view, then in the order of the file
+  std::vector<LinePoint> points;        ///< grouped by view, within it by line, then in the order of the file
   bool has_sigma = false;               ///< false: every sigma_px is kDefaultSigmaPx, the scale is unknown
 };
 

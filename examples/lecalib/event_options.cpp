@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#include "event_options.hpp"
+
+#include <cstdio>
+
+namespace lecalib::command {
+
+void add_events_option(CLI::App* command, std::string* events) {
+  command->add_option("EVENTS", *events, "Recording: Prophesee RAW (EVT2, EVT3) or text (t x y p)")
+      ->required()
+      ->type_name("");
+}
+
+void add_sensor_option(CLI::App* command, std::string* sensor) {
+  command
+      ->add_option("--sensor", *sensor,
+                   "Size of the sensor, px, as in 640x480; needed when the input does not state it")
+      ->type_name("WxH");
+}
+
+SensorSize sensor_size(const std::string& sensor) {
+  return sensor.empty() ? SensorSize{} : take(host::parse_sensor(sensor));
+}
+
+host::EventFile open_events(const std::string& path, const std::string& sensor) {
+  host::EventFile file = take(host::EventFile::open(path, sensor_size(sensor)));
+  if (file.sensor_is_guess()) {
+    std::fprintf(stderr, "lecalib: %s does not state the sensor's size, its events suggest %s (--sensor sets it)\n",
+                 path.c_str(), host::to_string(file.sensor()).c_str());
+  }
+  return file;
+}
+
+}  // namespace lecalib::command

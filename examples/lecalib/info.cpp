@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+/// lecalib info: what a recording holds.
+#include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "commands.hpp"
+#include "event_options.hpp"
+#include "lecalib/host/event_file.hpp"
+#include "lecalib/host/json_writer.hpp"
+#include "progress.hpp"
+
+namespace lecalib::command {
+namespace {
+
+using host::EventFile;
+using host::JsonWriter;
+
+constexpr double kUsPerSecond = 1e6;
+
+struct Options {
+  std::string events;
+  std::string sensor;
+  bool json = false;
+};
+
+/// What a pass over all events shows.
+struct Summary {
+  std::uint64_t events = 0;
+  std::uint64_t on = 0;
+  std::int64_t first_us = 0;
+  std::int64_t last_us = 0;
+  std::uint16_t max_x = 0;
+  std::uint16_t max_y = 0;
+
+  void add(const Event& event) {
+    first_us = events == 0 ? event.t_us : std::min(first_us, event.t_us);
+    last_us = events == 0 ? event.t_us : std::max(last_us, event.t_us);
+    max_x = std::max(max_x, event.x);
+    max_y = std::max(max_y, event.y);
+    on += event.polarity;
+    ++events;
+  }
+  [[nodiscard]] double duration_s() const { return static_cast<double>(last_us - first_us) / kUsPerSecond; }
+  [[nodiscard]] double rate() const { return duration_s() > 0 ? static_cast<double>(events) / duration_s() : 0; }
+  [[nodiscard]] double on_share() const {
+    return events > 0 ? static_cast<double>(on) / static_cast<double>(events) : 0;
+  }
+};
+
+struct Counter {
+  const char* name;
+  std::uint64_t value;
+  const char* meaning;
+};
+
+std::vector<Counter> counters(const DecoderStats& stats) {
+  return {{"outside", stats.outside, "events beside the sensor, dropped"},
+          {"unplaced", stats.unplaced, "events before the first time stamp or row, dropped"},
+          {"other_words", stats.other_words, "words that are no events (triggers, ...)"},
+          {"undefined_words", stats.undefined_words, "words the format does not define"},
+          {"time_wraps", stats.time_wraps, "roll-overs of the sensor's clock"},
+          {"time_steps_back", stats.time_steps_back, "times earlier than the one before"}};
+}
+
+const char* sensor_source(const EventFile& file, const Options& options) {
+  if (file.sensor_is_guess()) return "largest coordinates";
+  return options.sensor.empty() ? "the file" : "--sensor";
+}
+
+void print_text(const EventFile& file, const Summary& summary, const Options& options) {
+  std::printf("file      %s\n", file.path().c_str());
+  std::printf("format    %s\n", file.format_name());
+  std::printf("sensor    %s px (from %s)\n", host::to_string(file.sensor()).c_str(), sensor_source(file, options));
+  std::printf("events    %" PRIu64 "\n", summary.events);
+  std::printf("time      %.6f to %.6f s (%.6f s)\n", static_cast<double>(summary.first_us) / kUsPerSecond,
+              static_cast<double>(summary.last_us) / kUsPerSecond, summary.duration_s());
+  std::printf("rate      %.4g events/s\n", summary.rate());
+  std::printf("ON        %.1f %%\n", 100 * summary.on_share());
+  std::printf("largest   x %u, y %u\n", summary.max_x, summary.max_y);
+  for (const Counter& counter : counters(file.stats())) {
+    if (counter.value > 0) std::printf("%-15s %" PRIu64 " (%s)\n", counter.name, counter.value, counter.meaning);
+  }
+}
+
+void print_json(const EventFile& file, const Summary& summary, const Options& options) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("file", file.path());
+  json.member("format", file.format_name());
+  json.member("width", file.sensor().width);
+  json.member("height", file.sensor().height);
+  json.member("sensor_from", sensor_source(file, options));
+  json.member("events", summary.events);
+  json.member("first_us", summary.first_us);
+  json.member("last_us", summary.last_us);
+  json.member("events_per_s", summary.rate());
+  json.member("on_share", summary.on_share());
+  json.member("max_x", summary.max_x);
+  json.member("max_y", summary.max_y);
+  json.key("decoder");
+  json.begin_object();
+  for (const Counter& counter : counters(file.stats())) json.member(counter.name, counter.value);
+  json.end();
+  json.end();
+  std::fputs(json.text().c_str(), stdout);
+}
+
+void run(const Options& options) {
+  EventFile file = take(EventFile::open(options.events, sensor_size(options.sensor)));
+  Summary summary;
+  Progress progress("reading");
+  while (true) {
+    const Span<const Event> events = take(file.read());
+    if (events.empty()) break;
+    for (const Event& event : events) summary.add(event);
+    progress.update(file.fraction_read());
+  }
+  (options.json ? print_json : print_text)(file, summary, options);
+}
+
+}  // namespace
+
+void add_info(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("info", "Say what a recording holds");
+  const auto options = std::make_shared<Options>();
+  add_events_option(command, &options->events);
+  add_sensor_option(command, &options->sensor);
+  command->add_flag("--json", options->json, "Print JSON");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace lecalib::command

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/host/event_file.hpp"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "lecalib/host/cpu_clock.hpp"
+#include "lecalib/host/text.hpp"
+
+namespace lecalib::host {
+namespace {
+
+constexpr std::size_t kBytesPerRead = std::size_t{1} << 18U;
+constexpr std::size_t kEventsPerRead = std::size_t{1} << 16U;
+
+/// More events than this share (1 of kOutsideShare) beside the sensor, and it is the wrong size; fewer are bit errors.
+constexpr std::uint64_t kOutsideShare = 100;
+constexpr std::uint64_t kMinOutside = 50;
+
+/// Sensors on the market. A short recording seldom reaches the last column and row.
+constexpr SensorSize kKnownSensors[] = {{128, 128}, {240, 180}, {304, 240}, {320, 240},  {320, 320},
+                                        {346, 260}, {480, 360}, {640, 480}, {1280, 720}, {1280, 800}};
+constexpr double kAlmost = 0.95;
+
+/// The known sensor that `seen` almost fills, else `seen` itself.
+SensorSize likely_sensor(SensorSize seen) {
+  for (const SensorSize& known : kKnownSensors) {
+    const bool fits = seen.width <= known.width && seen.height <= known.height;
+    if (fits && seen.width > kAlmost * known.width && seen.height > kAlmost * known.height) return known;
+  }
+  return seen;
+}
+
+/// Line `number` of a text file in quotes, for a message; empty when it cannot be had again.
+std::string quoted_line(const std::string& path, std::uint64_t number) {
+  Result<InputFile> input = InputFile::open(path);
+  if (!input.ok() || input.value().size() == 0) return "";
+  std::vector<std::uint8_t> chunk(kBytesPerRead);
+  std::string line;
+  for (std::uint64_t at = 1; at <= number;) {
+    const Result<std::size_t> count = input.value().read(chunk);
+    if (!count.ok() || count.value() == 0) break;
+    for (std::size_t i = 0; i < count.value() && at <= number; ++i) {
+      if (chunk[i] == '\n')
+        ++at;
+      else if (at == number && line.size() < 100)
+        line += static_cast<char>(chunk[i]);
+    }
+  }
+  while (!line.empty() && line.back() == '\r') line.pop_back();
+  return quoted(line);
+}
+
+}  // namespace
+
+EventFile::EventFile(InputFile input, SensorSize size)
+    : input_(std::move(input)), decoder_(size), sensor_(size), bytes_(kBytesPerRead), events_(kEventsPerRead) {}
+
+Result<EventFile> EventFile::open(const std::string& path, SensorSize given) {
+  Result<EventFile> opened = open_with_head(path, given);
+  if (!opened.ok()) return opened;
+  EventFile& file = opened.value();
+  const SensorSize stated = file.decoder_.stated_size();
+  const bool both_known = is_known(stated) && is_known(given);
+  if (both_known && (stated.width != given.width || stated.height != given.height)) {
+    return Error{"the file is of a sensor of " + to_string(stated) + ", not " + to_string(given), path};
+  }
+  file.sensor_ = file.decoder_.size();
+  if (is_known(file.sensor_)) return opened;
+  const Result<SensorSize> guess = size_of_all_events(path);
+  if (!guess.ok()) return guess.error();
+  file.sensor_ = guess.value();
+  file.sensor_is_guess_ = true;
+  return opened;
+}
+
+/// The first events are read ahead: what a file states about itself is known after that.
+Result<EventFile> EventFile::open_with_head(const std::string& path, SensorSize given) {
+  Result<InputFile> input = InputFile::open(path);
+  if (!input.ok()) return input.error();
+  EventFile file(std::move(input).value(), given);
+  const Result<std::size_t> ahead = file.decode();
+  if (!ahead.ok()) return ahead.error();
+  if (ahead.value() == 0) return Error{"holds no events", path};
+  file.num_ahead_ = ahead.value();
+  return file;
+}
+
+Result<SensorSize> EventFile::size_of_all_events(const std::string& path) {
+  Result<EventFile> file = open_with_head(path, {});
+  if (!file.ok()) return file.error();
+  if (file.value().size_bytes() == 0) return Error{"does not state the sensor's size: give --sensor WxH", path};
+  SensorSize size;
+  while (true) {
+    const Result<Span<const Event>> events = file.value().read();
+    if (!events.ok()) return events.error();
+    if (events.value().empty()) return likely_sensor(size);
+    for (const Event& event : events.value()) {
+      size.width = std::max(size.width, static_cast<std::uint16_t>(event.x + 1));
+      size.height = std::max(size.height, static_cast<std::uint16_t>(event.y + 1));
+    }
+  }
+}
+
+Result<Span<const Event>> EventFile::read() {
+  std::size_t count = std::exchange(num_ahead_, 0);
+  if (count == 0) {
+    const Result<std::size_t> decoded = decode();
+    if (!decoded.ok()) return decoded.error();
+    count = decoded.value();
+  }
+  if (const MaybeError error = check_sensor()) return *error;
+  return Span<const Event>(events_.data(), count);
+}
+
+/// Fills events_ from its begin. @return how many; 0 at the end of the file.
+Result<std::size_t> EventFile::decode() {
+  while (true) {
+    if (unread_.empty() && !at_end_) {
+      if (const MaybeError error = fill()) return *error;
+    }
+    std::size_t count = 0;
+    const std::uint64_t begin_ns = thread_cpu_ns();
+    const bool finishing = unread_.empty() && at_end_;
+    const Status status = finishing ? decoder_.finish(events_, &count) : decoder_.decode(&unread_, events_, &count);
+    decode_cpu_ns_ += thread_cpu_ns() - begin_ns;
+    if (is_error(status)) return decode_error(status);
+    if (count > 0 || finishing) return count;
+  }
+}
+
+MaybeError EventFile::fill() {
+  const Result<std::size_t> count = input_.read(bytes_);
+  if (!count.ok()) return count.error();
+  at_end_ = count.value() == 0;
+  bytes_read_ += count.value();
+  unread_ = Span<const std::uint8_t>(bytes_.data(), count.value());
+  if (bytes_read_ == 0) return Error{"the file is empty", path()};
+  return std::nullopt;
+}
+
+double EventFile::fraction_read() const {
+  return size_bytes() > 0 ? static_cast<double>(bytes_read_) / static_cast<double>(size_bytes()) : 0;
+}
+
+Error EventFile::decode_error(Status status) const {
+  const DecodeError& cause = decoder_.error();
+  const std::string expected = std::string("expected ") + cause.expected;
+  if (status == Status::unsupported_format) {
+    const bool is_recognised = std::string_view(format_name()) != "unknown";
+    return {expected + ", found " + (is_recognised ? format_name() : "something else"), path()};
+  }
+  if (cause.line == 0) return {expected, path(), 0, 0, cause.offset};
+  const std::string found = quoted_line(path(), cause.line);
+  return {expected + (found.empty() ? "" : ", found " + found), path(), cause.line};
+}
+
+MaybeError EventFile::check_sensor() const {
+  const DecoderStats& counts = stats();
+  if (counts.outside < kMinOutside || counts.outside * kOutsideShare < counts.events + counts.outside)
+    return std::nullopt;
+  return Error{std::to_string(counts.outside) + " of " + std::to_string(counts.events + counts.outside) +
+                   " events lie outside of a sensor of " + to_string(sensor_) + ": is its size right?",
+               path()};
+}
+
+}  // namespace lecalib::host
