@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/match/line_assignment.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lecalib/math/so3.hpp"
+
+namespace lecalib {
+namespace {
+
+/// The part of a model line nearer to the camera's plane than this share of its distance is cut away.
+constexpr double kNearShare = 0.05;
+/// Pieces of one model line may overlap by this share of the shorter one.
+constexpr double kMaxPieceOverlap = 0.25;
+/// A model line's weight grows from 0 to 1 between these lengths in units: short ones are found by chance.
+constexpr double kShortUnits = 10.0;
+constexpr double kLongUnits = 120.0;
+/// Model lines of which less than this is in the image (units) are left out.
+constexpr double kMinSeenUnits = 8.0;
+
+/// Clips the line start + s direction, s in [low, high], to the frame.
+void clip(const FlatFrame& frame, ProjectedLine* line) {
+  const double from[4] = {line->start[0] - frame.x0, frame.x1 - line->start[0], line->start[1] - frame.y0,
+                          frame.y1 - line->start[1]};
+  const double rate[4] = {line->direction[0], -line->direction[0], line->direction[1], -line->direction[1]};
+  line->seen_low_px = 0.0;
+  line->seen_high_px = line->length_px;
+  for (int side = 0; side < 4; ++side) {
+    if (std::abs(rate[side]) < 1e-12) {
+      if (from[side] < 0.0) line->seen_high_px = 0.0;
+      continue;
+    }
+    const double s = -from[side] / rate[side];
+    if (rate[side] > 0.0) {
+      line->seen_low_px = std::max(line->seen_low_px, s);
+    } else {
+      line->seen_high_px = std::min(line->seen_high_px, s);
+    }
+  }
+  line->seen_high_px = std::max(line->seen_high_px, line->seen_low_px);
+}
+
+ProjectedLine project_line(const ModelLine& line, const Mat3& R, const Vec3& t, double f_px, const FlatFrame& frame) {
+  ProjectedLine out{};
+  Vec3 p = R * Eigen::Map<const Vec3>(line.p) + t;
+  Vec3 q = R * Eigen::Map<const Vec3>(line.q) + t;
+  const double z_near = kNearShare * std::max(p.z(), q.z());
+  if (!(z_near > 0.0)) return out;
+  if (p.z() < z_near) p += (q - p) * ((z_near - p.z()) / (q.z() - p.z()));
+  if (q.z() < z_near) q += (p - q) * ((z_near - q.z()) / (p.z() - q.z()));
+  const Vec2 a = p.head<2>() * (f_px / p.z());
+  const Vec2 b = q.head<2>() * (f_px / q.z());
+  const Vec2 d = b - a;
+  const double length = d.norm();
+  if (!(length > 1e-9) || !(length < 1e9)) return out;
+  out.length_px = length;
+  Eigen::Map<Vec2>(out.start) = a;
+  Eigen::Map<Vec2>(out.direction) = d / length;
+  out.normal[0] = -out.direction[1];
+  out.normal[1] = out.direction[0];
+  out.normal[2] = -(out.normal[0] * a.x() + out.normal[1] * a.y());
+  clip(frame, &out);
+  return out;
+}
+
+/// Weight of a model line by its visible length: its information over that of pure chance.
+double line_weight(double seen_px, double unit_px) {
+  return std::min(1.0, std::max(0.0, (seen_px / unit_px - kShortUnits) / (kLongUnits - kShortUnits)) * 0.8 + 0.2);
+}
+
+/// @return false when the detected line cannot be the model line
+bool compare(const ProjectedLine& model, const FlatLine& line, std::size_t instant, const AssignmentOptions& options,
+             Assignment* out) {
+  const double* x = line.x[instant];
+  const double* y = line.y[instant];
+  double e[kLinePoints];
+  for (std::size_t q = 0; q < kLinePoints; ++q) {
+    e[q] = model.normal[0] * x[q] + model.normal[1] * y[q] + model.normal[2];
+  }
+  out->distance_px = (std::abs(e[0]) + std::abs(e[1]) + std::abs(e[2])) / 3.0;
+  if (!(out->distance_px <= options.gate_px)) return false;
+  if (std::abs(e[2] - e[0]) > std::max(options.max_slope * line.length_px, options.unit_px)) return false;
+  const double s0 = model.direction[0] * (x[0] - model.start[0]) + model.direction[1] * (y[0] - model.start[1]);
+  const double s2 = model.direction[0] * (x[2] - model.start[0]) + model.direction[1] * (y[2] - model.start[1]);
+  out->flipped = s0 > s2;
+  out->low_px = std::min(s0, s2);
+  out->high_px = std::max(s0, s2);
+  const double overlap = std::min(out->high_px, model.length_px) - std::max(out->low_px, 0.0);
+  const double outside = (out->high_px - out->low_px) - overlap;
+  if (outside > std::max(options.overshoot_px, options.overshoot_share * line.length_px)) return false;
+  if (overlap < 0.5 * (out->high_px - out->low_px)) return false;
+  const double closeness = 1.0 - out->distance_px * out->distance_px / (options.gate_px * options.gate_px);
+  out->weight_px = overlap * closeness;
+  return out->weight_px > 0.0;
+}
+
+/// A further piece of a model line must lie beside the ones it has.
+bool fits_beside(const Assignment& piece, Span<const Assignment> taken) {
+  for (const Assignment& other : taken) {
+    if (other.model_line != piece.model_line) continue;
+    const double overlap = std::min(piece.high_px, other.high_px) - std::max(piece.low_px, other.low_px);
+    const double shorter = std::min(piece.high_px - piece.low_px, other.high_px - other.low_px);
+    if (overlap > kMaxPieceOverlap * shorter) return false;
+  }
+  return true;
+}
+
+/// Each model line in the image can earn its weight; it does so as far as close detected lines cover it.
+Support measure(Span<const ProjectedLine> projected, Span<const Assignment> taken, double unit_px) {
+  Support support;
+  for (std::size_t j = 0; j < projected.size(); ++j) {
+    const double seen = projected[j].seen_high_px - projected[j].seen_low_px;
+    if (projected[j].length_px <= 0.0 || seen < kMinSeenUnits * unit_px) continue;
+    const double weight = line_weight(seen, unit_px);
+    support.possible += weight;
+    double covered = 0.0;
+    for (const Assignment& a : taken) covered += a.model_line == j ? a.weight_px : 0.0;
+    if (covered <= 0.0) continue;
+    ++support.lines;
+    support.score += weight * std::min(1.0, covered / seen);
+  }
+  return support;
+}
+
+}  // namespace
+
+Span<const Assignment> assign_lines(Span<const ModelLine> model, const Pose& pose, double f_px, const FlatFrame& frame,
+                                    Span<const FlatLine> lines, Instant instant, const AssignmentOptions& options,
+                                    AssignmentWorkspace* workspace, Support* support) {
+  const Mat3 R = rotation_of(pose);
+  const Vec3 t = translation_of(pose);
+  BoundedBest<Assignment> candidates(workspace->candidates);
+  const auto heavier = [](const Assignment& a, const Assignment& b) { return a.weight_px > b.weight_px; };
+  const Span<ProjectedLine> projected = workspace->projected.first(model.size());
+  for (std::size_t j = 0; j < model.size(); ++j) {
+    projected[j] = project_line(model[j], R, t, f_px, frame);
+    if (projected[j].length_px <= 0.0) continue;
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      if (!lines[i].usable) continue;
+      Assignment pair;
+      if (!compare(projected[j], lines[i], static_cast<std::size_t>(instant), options, &pair)) continue;
+      pair.line = static_cast<std::uint16_t>(i);
+      pair.model_line = static_cast<std::uint16_t>(j);
+      candidates.offer(pair, heavier);
+    }
+  }
+
+  const Span<std::uint8_t> used = workspace->line_used.first(lines.size());
+  std::fill(used.begin(), used.end(), std::uint8_t{0});
+  std::size_t count = 0;
+  std::uint32_t dropped = 0;
+  for (const Assignment& pair : candidates.view()) {
+    if (used[pair.line] != 0 || !fits_beside(pair, workspace->assignments.first(count))) continue;
+    if (count == workspace->assignments.size()) {
+      ++dropped;
+      continue;
+    }
+    used[pair.line] = 1;
+    workspace->assignments[count++] = pair;
+  }
+  const Span<const Assignment> taken = workspace->assignments.first(count);
+  if (support != nullptr) {
+    *support = measure(projected, taken, options.unit_px);
+    support->candidates_dropped = candidates.dropped();
+    support->assignments_dropped = dropped;
+  }
+  return taken;
+}
+
+}  // namespace lecalib

@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/match/line_matcher.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lecalib/math/so3.hpp"
+#include "lecalib/math/trigonometry.hpp"
+
+namespace lecalib {
+namespace {
+
+/// What is known of a lens nobody has seen: one sigma of the principal point as a share of the width, and of lambda
+/// times the squared half diagonal around the bends' vote.
+constexpr double kCentreSigma = 0.03;
+constexpr double kLambdaSigma = 0.15;
+constexpr double kFocalSigma = 0.5;
+/// Rounds of "refine lens, fit all windows" in which a trial settles, and lens steps in each.
+constexpr int kSettleRounds = 3;
+constexpr int kLensSteps = 4;
+/// A trial that explains less than this share of the best one's score is not settled.
+constexpr double kHopelessShare = 0.5;
+/// A rival counts as another camera beyond this ratio of focal lengths, and as equally good above this share of score.
+constexpr double kRivalFocal = 1.06;
+constexpr double kRivalShare = 0.93;
+/// What a result must explain: share of the model in its windows, and measured line coordinates beyond the unknowns.
+constexpr double kMinExplained = 0.4;
+constexpr double kMinRedundancy = 8.0;
+
+bool is_finite(const EventLine& line) {
+  const float values[] = {line.begin.x1, line.begin.y1,       line.begin.x2,    line.begin.y2,
+                          line.end.x1,   line.end.y1,         line.end.x2,      line.end.y2,
+                          line.bend_px,  line.sigma_begin_px, line.sigma_end_px};
+  return std::all_of(std::begin(values), std::end(values), [](float v) { return std::abs(v) < 1e6F; });
+}
+
+double length2(const EventLine& line) {
+  Vec2 points[kLinePoints];
+  line_points(line, Instant::middle, points);
+  return (points[2] - points[0]).squaredNorm();
+}
+
+double focal_of(double fov_deg, double width) { return 0.5 * width / tangent(deg_to_rad(0.5 * fov_deg)); }
+
+bool same_pose(const Pose& a, const Pose& b) {
+  const double distance = std::max(translation_of(a).norm(), translation_of(b).norm());
+  return (rotation_of(a) - rotation_of(b)).norm() < 0.15 &&
+         (translation_of(a) - translation_of(b)).norm() < 0.2 * distance;
+}
+
+}  // namespace
+
+Status LineMatcher::init(Arena* arena, const LineMatcherCapacities& capacities, const LineMatcherOptions& options,
+                         Span<const ModelLine> model, Span<const LineWindow> windows) {
+  phase_ = Phase::idle;
+  if (options.width < 2 || options.height < 2 || options.seed_windows == 0 || options.trials == 0 ||
+      !(options.min_fov_deg >= 5.0 && options.min_fov_deg < options.max_fov_deg && options.max_fov_deg <= 160.0)) {
+    return Status::invalid_argument;
+  }
+  if (windows.size() > capacities.windows || model.size() > capacities.model_lines) return Status::capacity_exceeded;
+  if (windows.empty()) return Status::too_few_lines;
+  if (!carve(*arena, capacities, &workspace_)) return Status::buffer_too_small;
+
+  stats_ = {};
+  if (const Status status = build_model_graph(model, {}, workspace_.model_quads, &graph_); status != Status::ok) {
+    return status;
+  }
+  if (graph_.quads.empty()) return Status::degenerate_geometry;
+  stats_.model_quads_dropped = graph_.quads_dropped;
+  if (const Status status = copy_lines(capacities, windows); status != Status::ok) return status;
+
+  const double diagonal_px = std::sqrt(static_cast<double>(options.width) * options.width +
+                                       static_cast<double>(options.height) * options.height);
+  options_ = options;
+  scene_.width = options.width;
+  scene_.height = options.height;
+  scene_.unit_px = std::max(1.0, 1e-3 * diagonal_px);
+  scene_.model = model;
+  quad_options_.focal = {focal_of(options.max_fov_deg, options.width), focal_of(options.min_fov_deg, options.width)};
+  trial_ = workspace_.trial;
+  best_ = workspace_.best;
+  for (LineTrack* track : {&trial_, &best_}) {
+    track->windows = track->windows.first(windows.size());
+    track->matches_per_window = capacities.matches;
+  }
+  seeds_ = BoundedBest<MatchSeed>(workspace_.seeds);
+  bends_.init(options.width, options.height, scene_.unit_px);
+  known_camera_ = false;
+  num_matches_ = num_poses_ = 0;
+  next_ = 0;
+  phase_ = Phase::bends;
+  return Status::ok;
+}
+
+Status LineMatcher::copy_lines(const LineMatcherCapacities& capacities, Span<const LineWindow> windows) {
+  std::uint32_t first = 0;
+  for (std::size_t w = 0; w < windows.size(); ++w) {
+    const Span<const EventLine> lines = windows[w].lines;
+    workspace_.times[w] = {windows[w].begin_us, windows[w].end_us};
+    workspace_.first_line[w] = first;
+    BoundedBest<std::uint16_t> longest(workspace_.line_ids.subspan(first, capacities.lines));
+    for (std::size_t i = 0; i < lines.size() && i < 0xffff; ++i) {
+      if (!is_finite(lines[i])) return Status::invalid_argument;
+      longest.offer(static_cast<std::uint16_t>(i),
+                    [&lines](std::uint16_t a, std::uint16_t b) { return length2(lines[a]) > length2(lines[b]); });
+    }
+    for (const std::uint16_t id : longest.view()) workspace_.lines[first++] = lines[id];
+    stats_.lines_dropped += longest.dropped();
+  }
+  workspace_.first_line[windows.size()] = first;
+  scene_.lines = workspace_.lines.first(first);
+  scene_.first_line = workspace_.first_line.first(windows.size() + 1);
+  scene_.times = workspace_.times.first(windows.size());
+  return Status::ok;
+}
+
+Status LineMatcher::step() {
+  switch (phase_) {
+    case Phase::idle: return Status::wrong_state;
+    case Phase::bends: step_bends(); return Status::in_progress;
+    case Phase::quads: step_quads(); return Status::in_progress;
+    case Phase::select: step_select(); return Status::in_progress;
+    case Phase::follow: step_follow(); return Status::in_progress;
+    case Phase::settle: step_settle(); return Status::in_progress;
+    case Phase::finish: return step_finish();
+    case Phase::done: return Status::ok;
+    case Phase::failed: return Status::no_match;
+  }
+  return Status::wrong_state;
+}
+
+void LineMatcher::step_bends() {
+  bends_.add(scene_.lines_of(next_++));
+  if (next_ < scene_.times.size()) return;
+  const double half_diagonal2 =
+      0.25 * (static_cast<double>(scene_.width) * scene_.width + static_cast<double>(scene_.height) * scene_.height);
+  prior_.mean = {0.0, 0.5 * (scene_.width - 1.0), 0.5 * (scene_.height - 1.0), bends_.lambda()};
+  prior_.sigma = {0.0, kCentreSigma * scene_.width, kCentreSigma * scene_.width, kLambdaSigma / half_diagonal2};
+  next_ = 0;
+  image_quads_ = {};
+  next_quad_ = 0;
+  phase_ = Phase::quads;
+}
+
+/// One quadrilateral; or, when the last one of a window is done, the search for those of the next window.
+void LineMatcher::step_quads() {
+  const std::size_t count = std::min(options_.seed_windows, scene_.times.size());
+  const auto window_of = [&](std::size_t i) { return (2 * i + 1) * scene_.times.size() / (2 * count); };
+  const Optics optics{prior_.mean, nullptr};
+  if (next_quad_ < image_quads_.size()) {
+    const std::size_t window = window_of(next_ - 1);
+    const Span<const FlatLine> flat = workspace_.scratch.flat.first(scene_.lines_of(window).size());
+    seed_from_quad(scene_, graph_, prior_.mean, window, flat, frame_, image_quads_[next_quad_++], quad_options_,
+                   &workspace_.scratch, &seeds_, &stats_.seeds);
+    return;
+  }
+  if (next_ == count) {
+    stats_.seeds_dropped = seeds_.dropped();
+    best_.score = 0.0;
+    best_.num_windows = 0;
+    phase_ = Phase::select;
+    return;
+  }
+  const std::size_t window = window_of(next_++);
+  const Span<const FlatLine> flat = flatten_window(scene_, optics, window, &workspace_.scratch);
+  frame_ = frame_of(scene_, optics);
+  ImageQuadOptions quads;
+  quads.unit_px = scene_.unit_px;
+  image_quads_ = find_image_quads(flat, quads, &workspace_.quads, &stats_.seeds.limits);
+  next_quad_ = 0;
+}
+
+/// True when the best track so far already says this about the seed's window.
+bool LineMatcher::is_repeated(const MatchSeed& seed) const {
+  if (best_.num_windows == 0 || !best_.windows[seed.window].matched) return false;
+  const double ratio = best_.optics.lens.f_px / seed.f_px;
+  return ratio > 0.8 && ratio < 1.25 && same_pose(best_.windows[seed.window].pose[1], seed.pose);
+}
+
+/// Takes the best seed that was not tried and says something new; the window order starts at its window.
+void LineMatcher::step_select() {
+  for (MatchSeed& seed : seeds_.view()) {
+    if (seed.tried || is_repeated(seed)) continue;
+    if (stats_.trials == options_.trials) break;
+    seed.tried = true;
+    ++stats_.trials;
+    trial_.optics = {prior_.mean, nullptr};
+    trial_.optics.lens.f_px = seed.f_px;
+    prior_.mean.f_px = seed.f_px;
+    prior_.sigma.f_px = kFocalSigma * seed.f_px;
+    for (WindowTrack& window : trial_.windows) window.matched = false;
+    seed_window_ = seed.window;
+    match_window(scene_, seed_window_, Span<const Pose>(&seed.pose, 1), FitStart::far, &workspace_.scratch, &trial_,
+                 &stats_.matches_dropped);
+    if (!trial_.windows[seed_window_].matched) return;
+    next_ = 1;
+    phase_ = Phase::follow;
+    return;
+  }
+  phase_ = Phase::finish;
+}
+
+/// Windows in the order seed + 1 ... last, seed - 1 ... first.
+void LineMatcher::step_follow() {
+  const std::size_t after = scene_.times.size() - seed_window_;
+  if (next_ < scene_.times.size()) {
+    const std::size_t window = next_ < after ? seed_window_ + next_ : seed_window_ - (next_ - after + 1);
+    ++next_;
+    Pose starts[kMaxPredictions];
+    const std::size_t count = predict_poses(scene_, trial_, window, starts);
+    match_window(scene_, window, Span<const Pose>(starts, count), FitStart::far, &workspace_.scratch, &trial_,
+                 &stats_.matches_dropped);
+    return;
+  }
+  sum_up(&trial_);
+  next_ = 0;
+  round_ = 0;
+  phase_ = trial_.score < kHopelessShare * best_.score ? Phase::select : Phase::settle;
+}
+
+/// Lens steps first, then one window after the other is fitted anew; kSettleRounds times.
+void LineMatcher::step_settle() {
+  const bool lens_moves = !known_camera_;
+  if (next_ < kLensSteps) {
+    ++next_;
+    if (lens_moves) static_cast<void>(refine_track_lens(scene_, prior_, &workspace_.scratch, &trial_));
+    return;
+  }
+  const std::size_t window = next_++ - kLensSteps;
+  if (window < scene_.times.size()) {
+    Pose starts[kMaxPredictions];
+    const bool was_matched = trial_.windows[window].matched;
+    std::size_t count = 1;
+    starts[0] = trial_.windows[window].pose[1];
+    if (!was_matched) count = predict_poses(scene_, trial_, window, starts);
+    match_window(scene_, window, Span<const Pose>(starts, count), was_matched ? FitStart::near : FitStart::far,
+                 &workspace_.scratch, &trial_, &stats_.matches_dropped);
+    return;
+  }
+  next_ = 0;
+  if (++round_ < kSettleRounds) return;
+  sum_up(&trial_);
+  judge_trial();
+}
+
+/// The better of trial and best stays; the other one may be the rival.
+void LineMatcher::judge_trial() {
+  phase_ = known_camera_ ? Phase::finish : Phase::select;
+  const bool wins = trial_.score > best_.score;
+  const double other_score = wins ? best_.score : trial_.score;
+  const double other_focal = wins ? best_.optics.lens.f_px : trial_.optics.lens.f_px;
+  const double winner_focal = wins ? trial_.optics.lens.f_px : best_.optics.lens.f_px;
+  if (wins) std::swap(trial_, best_);
+  const auto differs = [&](double focal) { return std::max(focal / winner_focal, winner_focal / focal) > kRivalFocal; };
+  if (stats_.rival_score > 0.0 && !differs(stats_.rival_focal_px)) stats_.rival_score = 0.0;
+  if (other_score > stats_.rival_score && differs(other_focal)) {
+    stats_.rival_score = other_score;
+    stats_.rival_focal_px = other_focal;
+  }
+}
+
+Status LineMatcher::step_finish() {
+  stats_.score = best_.score;
+  stats_.possible = best_.possible;
+  double redundancy = -static_cast<double>(kNumLens);
+  for (const WindowTrack& window : best_.windows) {
+    if (best_.num_windows > 0 && window.matched) redundancy += 2.0 * window.num_lines - 6.0;
+  }
+  stats_.ambiguous = !known_camera_ && stats_.rival_score > kRivalShare * best_.score;
+  const bool enough = best_.num_windows > 0 && best_.score >= kMinExplained * best_.possible &&
+                      (known_camera_ || redundancy >= kMinRedundancy);
+  if (!enough || stats_.ambiguous) {
+    phase_ = Phase::failed;
+    return Status::no_match;
+  }
+  publish();
+  phase_ = Phase::done;
+  return Status::ok;
+}
+
+void LineMatcher::publish() {
+  num_matches_ = num_poses_ = 0;
+  double radius2 = 0.0;
+  for (std::size_t w = 0; w < best_.windows.size(); ++w) {
+    const WindowTrack& track = best_.windows[w];
+    if (!track.matched) continue;
+    WindowPoses& poses = workspace_.poses[num_poses_++];
+    poses.window = static_cast<std::uint16_t>(w);
+    poses.num_lines = track.num_lines;
+    poses.first_match = static_cast<std::uint32_t>(num_matches_);
+    poses.num_matches = track.num_matches;
+    poses.rms_px = track.rms_px;
+    poses.begin = track.pose[static_cast<std::size_t>(Instant::begin)];
+    poses.end = track.pose[static_cast<std::size_t>(Instant::end)];
+    for (const LineMatch& match : best_.matches_of(w)) {
+      Vec2 points[kLinePoints];
+      line_points(scene_.lines_of(w)[match.line], Instant::middle, points);
+      const Vec2 centre(best_.optics.lens.cx, best_.optics.lens.cy);
+      for (const Vec2& point : points) radius2 = std::max(radius2, (point - centre).squaredNorm());
+      LineMatch& out = workspace_.matches[num_matches_++];
+      out = match;
+      out.line = workspace_.line_ids[scene_.first_line[w] + match.line];
+    }
+  }
+  if (!known_camera_) camera_ = brown_camera(best_.optics.lens, scene_.width, scene_.height, std::sqrt(radius2));
+}
+
+Status LineMatcher::rematch(const Camera& camera, Span<const WindowPrediction> predictions) {
+  if (phase_ == Phase::idle) return Status::wrong_state;
+  if (camera.width != scene_.width || camera.height != scene_.height || !(camera.fx > 0.0) || !(camera.fy > 0.0) ||
+      predictions.empty()) {
+    return Status::invalid_argument;
+  }
+  for (const WindowPrediction& prediction : predictions) {
+    if (prediction.window >= scene_.times.size()) return Status::invalid_argument;
+  }
+  for (WindowTrack& window : trial_.windows) window.matched = false;
+  camera_ = camera;
+  known_camera_ = true;
+  trial_.optics = {prior_.mean, &camera_};
+  for (const WindowPrediction& prediction : predictions) {
+    WindowTrack& window = trial_.windows[prediction.window];
+    window.pose[0] = prediction.begin;
+    window.pose[2] = prediction.end;
+    // Halfway between both ends.
+    const Mat3 R0 = rotation_of(prediction.begin);
+    const Mat3 half = so3_exp(0.5 * so3_log(rotation_of(prediction.end) * R0.transpose()));
+    window.pose[1] = make_pose(half * R0, 0.5 * (translation_of(prediction.begin) + translation_of(prediction.end)));
+    window.matched = true;
+    window.num_matches = 0;
+  }
+  best_.score = 0.0;
+  best_.num_windows = 0;
+  stats_.rival_score = 0.0;
+  num_matches_ = num_poses_ = 0;
+  next_ = 0;
+  round_ = kSettleRounds - 2;
+  phase_ = Phase::settle;
+  return Status::ok;
+}
+
+}  // namespace lecalib

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+/// Guesses at camera and pose from single windows: every quadrilateral of a window laid upon every face of the model,
+/// in every way, and kept when the rest of the model then finds lines too.
+#pragma once
+
+#include "lecalib/match/image_quads.hpp"
+#include "lecalib/match/model_graph.hpp"
+#include "lecalib/match/quad_pose.hpp"
+#include "lecalib/match/window_track.hpp"
+
+namespace lecalib {
+
+/// A guess that fits its own window.
+struct MatchSeed {
+  Pose pose;
+  double f_px;
+  double score;  ///< Support::score in its window
+  std::uint16_t window;
+  std::uint16_t num_lines;
+  bool tried;
+};
+
+struct SeedStats {
+  ImageQuadStats limits;
+  std::uint32_t image_quads = 0;  ///< looked at
+  std::uint32_t guesses = 0;      ///< quads laid upon faces that passed the geometry
+  std::uint32_t fits = 0;         ///< of them, fitted well enough to be offered
+};
+
+/// Tries one image quadrilateral on all faces of the model.
+/// @param flat,frame  of the window, seen through `lens` (its f_px is not used)
+/// @param[in,out] seeds best first; one that repeats a better one of the same window is not added
+void seed_from_quad(const MatchScene& scene, const ModelGraph& graph, const Lens& lens, std::size_t window,
+                    Span<const FlatLine> flat, const FlatFrame& frame, const ImageQuad& quad,
+                    const QuadPoseOptions& options, MatchScratch* scratch, BoundedBest<MatchSeed>* seeds,
+                    SeedStats* stats);
+
+}  // namespace lecalib

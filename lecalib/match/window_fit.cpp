@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/match/window_fit.hpp"
+
+namespace lecalib {
+namespace {
+
+/// One round: gate and slope of the assignment before its pose steps. Gates in units.
+struct Round {
+  double gate_units;
+  double max_slope;
+  double overshoot_units;
+  int iterations;
+};
+
+/// From coarse to fine; the last one only assigns.
+constexpr Round kRounds[] = {{12.0, 0.20, 16.0, 2}, {7.0, 0.12, 12.0, 2}, {4.0, 0.08, 10.0, 2}, {3.5, 0.06, 10.0, 0}};
+constexpr std::size_t kNumRounds = sizeof(kRounds) / sizeof(kRounds[0]);
+constexpr std::uint16_t kMinLines = 3;
+
+}  // namespace
+
+bool fit_window(Span<const ModelLine> model, double f_px, const FlatFrame& frame, Span<const FlatLine> lines,
+                const Pose& start, const WindowFitOptions& options, AssignmentWorkspace* workspace, WindowFit* out) {
+  WindowFit fit;
+  fit.pose = start;
+  for (std::size_t round = static_cast<std::size_t>(options.start); round < kNumRounds; ++round) {
+    AssignmentOptions assignment;
+    assignment.unit_px = options.unit_px;
+    assignment.gate_px = kRounds[round].gate_units * options.unit_px;
+    assignment.max_slope = kRounds[round].max_slope;
+    assignment.overshoot_px = kRounds[round].overshoot_units * options.unit_px;
+    fit.assignments =
+        assign_lines(model, fit.pose, f_px, frame, lines, Instant::middle, assignment, workspace, &fit.support);
+    if (fit.support.lines < kMinLines) return false;
+    if (kRounds[round].iterations == 0) continue;
+    PoseRefinementOptions refinement;
+    refinement.iterations = kRounds[round].iterations;
+    refinement.sigma_floor_px = 0.5 * options.unit_px;
+    refinement.loss_px = 0.5 * assignment.gate_px;
+    if (!refine_pose(model, f_px, lines, Instant::middle, fit.assignments, refinement, &fit.pose, &fit.rms_px)) {
+      return false;
+    }
+  }
+  *out = fit;
+  return true;
+}
+
+}  // namespace lecalib

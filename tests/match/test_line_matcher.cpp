@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "lecalib/match/line_matcher.hpp"
+#include "synthetic_scene.hpp"
+
+using namespace lecalib;
+using namespace lecalib::test;
+
+namespace {
+
+std::size_t bytes_of(const LineMatcherCapacities& capacities) {
+  ArenaMeter meter;
+  LineMatcherWorkspace workspace;
+  CHECK(carve(meter, capacities, &workspace));
+  return meter.peak();
+}
+
+/// A matcher with memory of its own.
+struct Bench {
+  explicit Bench(const LineMatcherCapacities& c = {})
+      : capacities(c), memory(bytes_of(c) / sizeof(std::max_align_t) + 1) {}
+
+  Status init(const Scene& scene, const SceneOptions& options) {
+    arena = Arena({reinterpret_cast<std::byte*>(memory.data()), memory.size() * sizeof(std::max_align_t)});
+    LineMatcherOptions matcher_options;
+    matcher_options.width = options.camera.width;
+    matcher_options.height = options.camera.height;
+    return matcher.init(&arena, capacities, matcher_options, Span<const ModelLine>(options.model),
+                        Span<const LineWindow>(scene.windows));
+  }
+  Status run() {
+    Status status = Status::in_progress;
+    for (int step = 0; step < 1000000 && status == Status::in_progress; ++step) status = matcher.step();
+    return status;
+  }
+
+  LineMatcherCapacities capacities;
+  std::vector<std::max_align_t> memory;
+  Arena arena;
+  LineMatcher matcher;
+};
+
+Camera camera_640() {
+  Camera camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.fx = 520.0;
+  camera.fy = 523.0;
+  camera.cx = 338.0;  // 18.5 px beside the centre
+  camera.cy = 228.0;
+  camera.k1 = -0.2;
+  camera.k2 = 0.04;
+  return camera;
+}
+
+struct Tally {
+  std::size_t correct = 0, wrong = 0, present = 0;
+};
+
+/// Counts matches against the truth, up to a relabeling of the model.
+Tally compare(const Scene& scene, Span<const LineMatch> matches, const std::vector<int>& relabel) {
+  Tally tally;
+  for (const std::vector<int>& window : scene.truth) {
+    for (const int label : window) tally.present += label >= 0 ? 1 : 0;
+  }
+  for (const LineMatch& match : matches) {
+    const int truth = scene.truth[match.window][match.line];
+    const bool correct = truth >= 0 && relabel[static_cast<std::size_t>(truth)] == match.model_line;
+    (correct ? tally.correct : tally.wrong) += 1;
+  }
+  return tally;
+}
+
+std::vector<int> same_labels(std::size_t count) {
+  std::vector<int> labels(count);
+  for (std::size_t i = 0; i < count; ++i) labels[i] = static_cast<int>(i);
+  return labels;
+}
+
+}  // namespace
+
+TEST_CASE("a box among clutter is matched without any hint about the camera") {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    CAPTURE(seed);
+    SceneOptions options;
+    options.camera = camera_640();
+    options.model = box_model(0.4, 0.3, 0.25);
+    options.seed = seed;
+    const Scene scene = make_scene(options);
+    Bench bench;
+    REQUIRE(bench.init(scene, options) == Status::ok);
+    REQUIRE(bench.run() == Status::ok);
+    const Tally tally = compare(scene, bench.matcher.matches(), same_labels(options.model.size()));
+    CHECK(tally.wrong <= 1);
+    CHECK(tally.correct >= 0.85 * static_cast<double>(tally.present));
+    CHECK(bench.matcher.camera().fx == doctest::Approx(options.camera.fx).epsilon(0.04));
+    CHECK(bench.matcher.camera().cx == doctest::Approx(options.camera.cx).epsilon(0.04));
+    for (const WindowPoses& poses : bench.matcher.poses()) {
+      const Vec3 t = translation_of(scene.begin[poses.window]);
+      CHECK((rotation_of(poses.begin) - rotation_of(scene.begin[poses.window])).norm() < 0.1);
+      CHECK((translation_of(poses.begin) - t).norm() < 0.06 * t.norm());
+      CHECK((rotation_of(poses.end) - rotation_of(scene.end[poses.window])).norm() < 0.1);
+      CHECK(poses.num_matches >= poses.num_lines);
+      for (std::size_t m = 0; m < poses.num_matches; ++m) {
+        CHECK(bench.matcher.matches()[poses.first_match + m].window == poses.window);
+      }
+    }
+  }
+}
+
+TEST_CASE("a rectangle is matched up to its symmetry") {
+  int matched = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    CAPTURE(seed);
+    SceneOptions options;
+    options.camera = camera_640();
+    options.model = rectangle_model(0.297, 0.21);
+    options.eye = Vec3(-0.15, -0.25, 0.4);
+    options.target = Vec3(0.15, 0.1, 0.0);
+    options.missing = 0.08;
+    options.seed = seed;
+    const Scene scene = make_scene(options);
+    Bench bench;
+    REQUIRE(bench.init(scene, options) == Status::ok);
+    const Status status = bench.run();
+    if (status == Status::no_match) continue;
+    REQUIRE(status == Status::ok);
+    ++matched;
+    std::size_t correct = 0;
+    for (const std::vector<int>& relabel : {std::vector<int>{0, 1, 2, 3}, {2, 3, 0, 1}, {2, 1, 0, 3}, {0, 3, 2, 1}}) {
+      correct = std::max(correct, compare(scene, bench.matcher.matches(), relabel).correct);
+    }
+    CHECK(correct + 1 >= bench.matcher.matches().size());
+  }
+  CHECK(matched >= 4);
+}
+
+TEST_CASE("a wide lens with strong distortion is matched") {
+  SceneOptions options;
+  options.camera = camera_640();
+  options.camera.fx = 300.0;
+  options.camera.fy = 300.0;
+  options.camera.k1 = -0.3;
+  options.camera.k2 = 0.06;
+  options.model = box_model(0.4, 0.3, 0.25);
+  options.eye = Vec3(-0.3, -0.35, 0.5);
+  const Scene scene = make_scene(options);
+  Bench bench;
+  REQUIRE(bench.init(scene, options) == Status::ok);
+  REQUIRE(bench.run() == Status::ok);
+  const Tally tally = compare(scene, bench.matcher.matches(), same_labels(options.model.size()));
+  CHECK(tally.wrong <= 1);
+  CHECK(tally.correct >= 0.8 * static_cast<double>(tally.present));
+}
+
+TEST_CASE("pure clutter and a wrong model are refused") {
+  SceneOptions options;
+  options.camera = camera_640();
+  options.model = box_model(0.4, 0.3, 0.25);
+  SUBCASE("pure clutter") {
+    options.missing = 1.0;
+    options.clutter = 40;
+    const Scene scene = make_scene(options);
+    Bench bench;
+    REQUIRE(bench.init(scene, options) == Status::ok);
+    CHECK(bench.run() == Status::no_match);
+    CHECK(bench.matcher.matches().empty());
+  }
+  SUBCASE("the model of another box") {
+    const Scene scene = make_scene(options);
+    options.model = box_model(0.2, 0.6, 0.1);
+    Bench bench;
+    REQUIRE(bench.init(scene, options) == Status::ok);
+    CHECK(bench.run() == Status::no_match);
+  }
+  SUBCASE("no lines at all") {
+    Scene scene = make_scene(options);
+    for (LineWindow& window : scene.windows) window.lines = {};
+    Bench bench;
+    REQUIRE(bench.init(scene, options) == Status::ok);
+    CHECK(bench.run() == Status::no_match);
+  }
+}
+
+TEST_CASE("matching again through the true camera takes the predicted poses up") {
+  SceneOptions options;
+  options.camera = camera_640();
+  options.model = box_model(0.4, 0.3, 0.25);
+  options.seed = 3;
+  const Scene scene = make_scene(options);
+  Bench bench;
+  REQUIRE(bench.init(scene, options) == Status::ok);
+  const WindowPrediction prediction{5, scene.begin[5], scene.end[5]};
+  REQUIRE(bench.matcher.rematch(options.camera, Span<const WindowPrediction>(&prediction, 1)) == Status::ok);
+  REQUIRE(bench.run() == Status::ok);
+  const Tally tally = compare(scene, bench.matcher.matches(), same_labels(options.model.size()));
+  CHECK(tally.wrong <= 1);
+  CHECK(tally.correct >= 0.9 * static_cast<double>(tally.present));
+  CHECK(bench.matcher.camera().fx == options.camera.fx);
+  for (const WindowPoses& poses : bench.matcher.poses()) {
+    CHECK((rotation_of(poses.begin) - rotation_of(scene.begin[poses.window])).norm() < 0.02);
+  }
+
+  SUBCASE("its arguments are checked") {
+    Camera other = options.camera;
+    other.width = 320;
+    CHECK(bench.matcher.rematch(other, Span<const WindowPrediction>(&prediction, 1)) == Status::invalid_argument);
+    CHECK(bench.matcher.rematch(options.camera, {}) == Status::invalid_argument);
+    WindowPrediction outside = prediction;
+    outside.window = 12;
+    CHECK(bench.matcher.rematch(options.camera, Span<const WindowPrediction>(&outside, 1)) == Status::invalid_argument);
+  }
+}
+
+TEST_CASE("the same lines give the same bits") {
+  SceneOptions options;
+  options.camera = camera_640();
+  options.model = box_model(0.4, 0.3, 0.25);
+  const Scene scene = make_scene(options);
+  Bench first;
+  Bench second;
+  REQUIRE(first.init(scene, options) == Status::ok);
+  REQUIRE(second.init(scene, options) == Status::ok);
+  REQUIRE(first.run() == Status::ok);
+  REQUIRE(second.run() == Status::ok);
+  CHECK(std::memcmp(&first.matcher.camera().fx, &second.matcher.camera().fx, 9 * sizeof(double)) == 0);
+  REQUIRE(first.matcher.matches().size() == second.matcher.matches().size());
+  // A second init() on the same object starts anew.
+  const std::size_t count = first.matcher.matches().size();
+  REQUIRE(first.init(scene, options) == Status::ok);
+  REQUIRE(first.run() == Status::ok);
+  CHECK(first.matcher.matches().size() == count);
+  CHECK(std::memcmp(&first.matcher.camera().fx, &second.matcher.camera().fx, 9 * sizeof(double)) == 0);
+}
+
+TEST_CASE("capacities: exactly enough, one less, and counted losses") {
+  SceneOptions options;
+  options.camera = camera_640();
+  options.model = box_model(0.4, 0.3, 0.25);
+  const Scene scene = make_scene(options);
+
+  LineMatcherCapacities exact;
+  exact.windows = 12;
+  exact.model_lines = 9;
+  exact.model_quads = 3;
+  Bench bench(exact);
+  CHECK(bench.init(scene, options) == Status::ok);
+  CHECK(bench.arena.peak() == bytes_of(exact));
+  CHECK(bench.run() == Status::ok);
+
+  LineMatcherCapacities fewer = exact;
+  fewer.windows = 11;
+  CHECK(Bench(fewer).init(scene, options) == Status::capacity_exceeded);
+  fewer = exact;
+  fewer.model_lines = 8;
+  CHECK(Bench(fewer).init(scene, options) == Status::capacity_exceeded);
+
+  Bench small(exact);
+  small.memory.resize(small.memory.size() / 2);
+  CHECK(small.init(scene, options) == Status::buffer_too_small);
+
+  LineMatcherCapacities tight = exact;
+  tight.lines = 10;
+  tight.matches = 8;
+  tight.model_quads = 2;
+  tight.quads = {16, 12, 4};
+  tight.seeds = 2;
+  Bench counted(tight);
+  REQUIRE(counted.init(scene, options) == Status::ok);
+  const Status status = counted.run();
+  CHECK((status == Status::ok || status == Status::no_match));
+  CHECK((status == Status::ok) == !counted.matcher.matches().empty());
+  CHECK(counted.matcher.stats().lines_dropped > 0);
+  CHECK(counted.matcher.stats().model_quads_dropped == 1);
+}
+
+TEST_CASE("bad input is told by its status") {
+  SceneOptions options;
+  options.camera = camera_640();
+  options.model = box_model(0.4, 0.3, 0.25);
+  options.windows = 2;
+  Scene scene = make_scene(options);
+  Bench bench;
+  CHECK(bench.matcher.step() == Status::wrong_state);
+  CHECK(bench.matcher.rematch(options.camera, {}) == Status::wrong_state);
+
+  SceneOptions bad = options;
+  bad.model.resize(3);
+  CHECK(bench.init(scene, bad) == Status::too_few_lines);
+  bad = options;
+  bad.model[4].q[1] = std::numeric_limits<double>::quiet_NaN();
+  CHECK(bench.init(scene, bad) == Status::invalid_argument);
+  bad = options;
+  std::memcpy(bad.model[0].q, bad.model[0].p, sizeof bad.model[0].p);
+  CHECK(bench.init(scene, bad) == Status::invalid_argument);
+  bad = options;
+  bad.model = {{{0, 0, 0}, {1, 0, 0}}, {{0, 1, 0}, {1, 1, 0}}, {{0, 2, 0}, {1, 2, 0}}, {{0, 0, 1}, {1, 0, 1}}};
+  CHECK(bench.init(scene, bad) == Status::degenerate_geometry);
+  bad.model = {{{0, 0, 0}, {1, 0, 0}}, {{0, 0, 0}, {0, 1, 0}}, {{0, 0, 0}, {0, 0, 1}}, {{3, 3, 3}, {4, 5, 6}}};
+  CHECK(bench.init(scene, bad) == Status::degenerate_geometry);
+  bad = options;
+  bad.camera.width = 0;
+  CHECK(bench.init(scene, bad) == Status::invalid_argument);
+  CHECK(bench.matcher.step() == Status::wrong_state);
+
+  scene.lines[1][0].begin.x1 = std::numeric_limits<float>::infinity();
+  CHECK(bench.init(scene, options) == Status::invalid_argument);
+  scene.windows.clear();
+  CHECK(bench.init(scene, options) == Status::too_few_lines);
+}
