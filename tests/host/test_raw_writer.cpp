@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include "lecalib/core/rng.hpp"
+#include "lecalib/events/event_stream.hpp"
 #include "lecalib/host/raw_writer.hpp"
 
 using lecalib::Event;
@@ -22,7 +24,63 @@ std::vector<unsigned> words_of(const std::string& file) {
   return words;
 }
 
+std::vector<Event> decode(const std::string& file, lecalib::EventStreamDecoder* decoder) {
+  const std::vector<std::uint8_t> bytes(file.begin(), file.end());
+  lecalib::Span<const std::uint8_t> input(bytes);
+  std::vector<Event> events;
+  Event batch[100];
+  std::size_t count = 0;
+  do {
+    REQUIRE(decoder->decode(&input, batch, &count) == lecalib::Status::ok);
+    events.insert(events.end(), batch, batch + count);
+  } while (count > 0);
+  do {
+    REQUIRE(decoder->finish(batch, &count) == lecalib::Status::ok);
+    events.insert(events.end(), batch, batch + count);
+  } while (count > 0);
+  return events;
+}
+
+/// Events with every distance in time, many of them together in one row.
+std::vector<Event> random_events(std::size_t count, std::uint16_t width, std::uint16_t height) {
+  lecalib::Rng rng(12);
+  std::vector<Event> events;
+  Event e{16'000'000, 0, 0, 1};
+  while (events.size() < count) {
+    const std::uint32_t kind = rng.below(4);
+    if (kind == 0) {
+      e.t_us += rng.below(1U << rng.below(24));
+      e.y = static_cast<std::uint16_t>(rng.below(height));
+      e.x = static_cast<std::uint16_t>(rng.below(width));
+      e.polarity = static_cast<std::uint8_t>(rng.below(2));
+    } else {
+      e.x = static_cast<std::uint16_t>((e.x + 1U + rng.below(kind * kind)) % width);
+    }
+    events.push_back(e);
+  }
+  return events;
+}
+
 }  // namespace
+
+TEST_CASE("encode_evt3: the decoder gives back what was written, over roll-overs too") {
+  const std::vector<Event> events = random_events(5000, 2048, 1500);
+  const auto file = encode_evt3(events, 2048, 1500);
+  REQUIRE(file.ok());
+  lecalib::EventStreamDecoder decoder;
+  const std::vector<Event> read = decode(file.value(), &decoder);
+  CHECK(decoder.width() == 2048);
+  CHECK(decoder.height() == 1500);
+  CHECK(decoder.stats().time_wraps > 1);
+  CHECK(decoder.stats().time_steps_back == 0);
+  REQUIRE(read.size() == events.size());
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const Event &a = read[i], &b = events[i];
+    if (a.t_us != b.t_us || a.x != b.x || a.y != b.y || a.polarity != b.polarity) ++wrong;
+  }
+  CHECK(wrong == 0);
+}
 
 TEST_CASE("encode_evt3: the header tells format and size") {
   const auto file = encode_evt3({}, 346, 260);
