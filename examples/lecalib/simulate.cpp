@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 /// lecalib simulate: a recording with exact truth.
+#include <cinttypes>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -24,7 +25,7 @@ struct Arguments {
 /// What the options leave out: one focal length follows from the field of view or from the other, the principal point
 /// is the image's centre.
 Camera true_camera(const Arguments& arguments) {
-  const host::SensorSize size = take(host::parse_sensor(arguments.sensor));
+  const SensorSize size = take(host::parse_sensor(arguments.sensor));
   constexpr double kHalfDegree = 3.14159265358979323846 / 360.0;
   Camera camera = arguments.options.camera;
   camera.width = size.width;
@@ -45,12 +46,12 @@ void run(const Arguments& arguments) {
       take(host::simulate(arguments.target, options, [&](double done) { progress.update(done); }));
   check(host::write_recording(recording, arguments.out));
   const host::SensorStats& stats = recording.stats;
-  std::printf(
-      "%zu events in %.3f s (%llu noise, %llu from hot pixels), %zu model "
-      "lines\n%s/events.raw\n%s/model.txt\n%s/truth.json\n",
-      recording.events.size(), options.duration_s, static_cast<unsigned long long>(stats.noise_events),
-      static_cast<unsigned long long>(stats.hot_events), recording.model.lines.size(), arguments.out.c_str(),
-      arguments.out.c_str(), arguments.out.c_str());
+  std::printf("%zu events in %.3f s (%" PRIu64 " noise, %" PRIu64 " from hot pixels), %zu model lines\n",
+              recording.events.size(), options.duration_s, stats.noise_events, stats.hot_events,
+              recording.model.lines.size());
+  for (const char* file : {"events.raw", "model.txt", "truth.json"}) {
+    std::printf("%s/%s\n", arguments.out.c_str(), file);
+  }
 }
 
 void add_camera_options(CLI::App* command, Arguments* arguments) {
