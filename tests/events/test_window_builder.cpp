@@ -180,7 +180,9 @@ TEST_CASE("windows: thinning does not favour the even columns of a vector word")
   std::vector<Event> events;
   for (std::uint16_t i = 0; i < 8000; ++i) events.push_back({i, static_cast<std::uint16_t>(i % 12), 0, 0});
   std::vector<int> columns(12, 0);
-  for (const Event& event : build(&builder, events, 8000).at(0).events) ++columns[event.x];
+  const std::vector<Window> windows = build(&builder, events, 8000);
+  REQUIRE(windows.size() == 1);
+  for (const Event& event : windows[0].events) ++columns[event.x];
   for (const int column : columns) CHECK(std::abs(column - 1000 / 12) < 5 * std::sqrt(1000.0 / 12));
 }
 

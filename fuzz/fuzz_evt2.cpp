@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/events/evt2_decoder.hpp"
+#include "split_decoding.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  lecalib::fuzz::check_splits(lecalib::Evt2Decoder(lecalib::SensorSize{640, 480}), data, size);
+  return 0;
+}
