@@ -2,10 +2,8 @@
 /// Recordings that are too large for the repository. Tests that want them say so and pass when they are missing.
 #pragma once
 
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
-#include <system_error>
 
 namespace lecalib::test {
 
@@ -14,17 +12,9 @@ namespace lecalib::test {
 ///
 ///     const auto data = shared_data();
 ///     if (!data) { MESSAGE("skipped: no shared data"); return; }
-inline std::optional<std::filesystem::path> shared_data() {
-  std::error_code ignored;
-  const char* from_environment = std::getenv("LECALIB_SHARED_DATA");
-  const std::filesystem::path folder = from_environment != nullptr
-                                           ? std::filesystem::path(from_environment)
-                                           : std::filesystem::path(LECALIB_SOURCE_DIR) / ".." / "shared" / "data";
-  if (!std::filesystem::is_directory(folder, ignored)) return std::nullopt;
-  return std::filesystem::canonical(folder, ignored);
-}
+std::optional<std::filesystem::path> shared_data();
 
 /// The folder of this repository, for files that are committed beside the tests.
-inline std::filesystem::path source_dir() { return LECALIB_SOURCE_DIR; }
+std::filesystem::path source_dir();
 
 }  // namespace lecalib::test
