@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+/// The detector of [Liu24] section 3.1: from the events of a window to the lines at its begin and its end.
+///
+///     events -> cloud (x, y, t/c_z) -> normals -> planes -> rims in each plane -> lines at begin and end
+///
+/// The paper's chain gives the guesses; the lines themselves come from a fit to all events near by that lets the line
+/// turn and bend, because a turning line sweeps a helicoid and distortion bends it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "lecalib/core/arena.hpp"
+#include "lecalib/core/event_cloud.hpp"
+#include "lecalib/core/records.hpp"
+#include "lecalib/core/status.hpp"
+#include "lecalib/planes/cloud.hpp"
+#include "lecalib/planes/pca_normals.hpp"
+#include "lecalib/planes/region_growing.hpp"
+#include "lecalib/segments/line_fit.hpp"
+#include "lecalib/segments/line_growth.hpp"
+#include "lecalib/segments/line_merge.hpp"
+#include "lecalib/segments/plane_lines.hpp"
+#include "lecalib/segments/segment_detector.hpp"
+
+namespace lecalib {
+
+/// Defaults are good for any sensor; only its size must be given. Ranges stand with the fields.
+struct DetectorOptions {
+  CloudOptions cloud;  ///< cloud.width and cloud.height: the sensor's size, px
+  NormalOptions normals;
+  RegionOptions regions;
+  SegmentOptions segments;
+  GrowthOptions growth;
+  LineFitOptions fit;
+  MergeOptions merge;
+  /// Monotonic clock for DetectorStats::stage_ns; null: stages are not timed.
+  std::uint64_t (*clock_ns)() = nullptr;
+};
+
+enum class DetectorStage : std::uint8_t { cloud, normals, planes, segments, lines, merge };
+inline constexpr std::size_t kNumDetectorStages = 6;
+/// The stage's name, e.g. "normals". Never null.
+const char* to_string(DetectorStage stage) noexcept;
+
+/// What became of everything in one window.
+struct DetectorStats {
+  CloudStats cloud;
+  NormalStats normals;
+  RegionStats regions;
+  SegmentStats segments;
+  std::uint32_t planes_of_constant_time = 0;  ///< flashes
+  std::uint32_t guesses = 0;                  ///< lines that planes gave
+  std::uint32_t guesses_dropped = 0;          ///< for want of room
+  std::uint32_t guesses_repeated = 0;         ///< their events belong to a line already, or there are too few
+  std::uint32_t fits[kNumFitOutcomes] = {};   ///< by FitOutcome
+  std::uint32_t lines_merged = 0;
+  std::uint32_t lines_dropped = 0;  ///< for want of room in the workspace or the output, the weakest first
+  std::uint64_t stage_ns[kNumDetectorStages] = {};
+};
+
+struct DetectorCapacities {
+  std::size_t events = 60000;          ///< of a window; more are thinned evenly
+  std::size_t surface_points = 20000;  ///< events whose normal is taken, evenly spread
+  std::size_t regions = 512;
+  std::size_t lines = 128;         ///< 1 to kMaxLines
+  std::size_t image_cells = 8192;  ///< of a plane's density image, 64 to 65535
+  std::uint16_t width = 1280, height = 720;
+};
+
+struct DetectorWorkspace {
+  CloudWorkspace cloud;
+  Span<PlaneLine> guesses;  ///< [regions]
+  Span<MovingLine> lines;   ///< [lines]
+  // From here on the planes' part and the lines' part share their bytes.
+  Span<SurfacePoint> surface;  ///< [surface_points]
+  RegionWorkspace regions;
+  Span<EventPlane> planes;     ///< [regions]
+  Span<Point3> plane_points;   ///< [surface_points]
+  Span<PlanePoint> projected;  ///< [surface_points]
+  Span<PlaneSegment> rims;     ///< [kMaxRims]
+  SegmentWorkspace segments;
+  LineWorkspace fit;
+};
+
+/// Rims of one plane that are looked at.
+inline constexpr std::size_t kMaxRims = 64;
+
+template <class Carver>
+constexpr bool carve(Carver& carver, const DetectorCapacities& capacities, DetectorWorkspace* out) {
+  const CloudCapacities cloud{capacities.events, capacities.width, capacities.height};
+  const RegionCapacities regions{capacities.surface_points, capacities.regions, capacities.width, capacities.height};
+  const LineCapacities lines{capacities.events, capacities.width, capacities.height};
+  if (!carve(carver, cloud, &out->cloud) || !carver.carve(capacities.regions, &out->guesses) ||
+      !carver.carve(capacities.lines, &out->lines)) {
+    return false;
+  }
+  const std::size_t shared = carver.mark();
+  const bool planes_fit =
+      carver.carve(capacities.surface_points, &out->surface) && carve(carver, regions, &out->regions) &&
+      carver.carve(capacities.regions, &out->planes) && carver.carve(capacities.surface_points, &out->plane_points) &&
+      carver.carve(capacities.surface_points, &out->projected) && carver.carve(kMaxRims, &out->rims) &&
+      carve(carver, SegmentCapacities{capacities.image_cells}, &out->segments);
+  const std::size_t planes_end = carver.mark();
+  carver.rewind(shared);
+  if (!planes_fit || !carve(carver, lines, &out->fit)) return false;
+  // Whoever carves next must come after the longer part.
+  Span<std::byte> rest;
+  return planes_end <= carver.mark() || carver.carve(planes_end - carver.mark(), &rest);
+}
+
+/// Bytes of an arena that holds a DetectorWorkspace of these capacities.
+constexpr std::size_t detector_bytes(const DetectorCapacities& capacities) {
+  ArenaMeter meter;
+  DetectorWorkspace workspace{};
+  (void)carve(meter, capacities, &workspace);
+  return meter.peak();
+}
+
+/// Finds the lines of one window.
+/// @param[out] out    the lines, most events first; as many as found room
+/// @param[out] count  how many; unchanged unless ok
+/// @param[out] stats  of this window; always written; may be null
+/// @return ok, too without lines | invalid_argument (an option or the window) | buffer_too_small (workspace)
+/// Complexity O(events), with bounded work per plane and line. Allocates nothing. Not reentrant on one workspace.
+Status detect_lines(const EventWindow& window, const DetectorOptions& options, DetectorWorkspace* workspace,
+                    Span<EventLine> out, std::size_t* count, DetectorStats* stats);
+
+}  // namespace lecalib

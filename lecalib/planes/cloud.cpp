@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/planes/cloud.hpp"
+
+namespace lecalib {
+namespace {
+
+constexpr std::uint16_t kMaxSide = 4096;
+/// Share of the cells that are taken for free of edges when the noise floor is measured.
+constexpr float kQuietShare = 0.4F;
+/// Counts above this are edges in any case, so the histogram can end there.
+constexpr std::uint32_t kMaxQuietCount = 127;
+
+/// Visits `keep` of the window's `total` events, evenly spread (Bresenham's rule).
+template <class Visit>
+void for_each_kept(Span<const Event> events, const CloudOptions& options, std::size_t total, std::size_t keep,
+                   Visit visit) {
+  std::size_t phase = 0;
+  for (const Event& event : events) {
+    if (event.x >= options.width || event.y >= options.height) continue;
+    phase += keep;
+    if (phase < total) continue;
+    phase -= total;
+    visit(event);
+  }
+}
+
+std::size_t cell_of(const Event& event, std::size_t cols, std::size_t cells) {
+  const auto row = static_cast<std::size_t>(event.y >> kCloudCellShift);
+  const auto col = static_cast<std::size_t>(event.x >> kCloudCellShift);
+  return (event.polarity != 0 ? cells : 0) + row * cols + col;
+}
+
+float noise_floor(Span<const std::uint32_t> cell_start, std::size_t first, std::size_t cells) {
+  std::uint32_t histogram[kMaxQuietCount + 1] = {};
+  for (std::size_t c = first; c < first + cells; ++c) {
+    const std::uint32_t count = cell_start[c + 1] - cell_start[c];
+    ++histogram[count < kMaxQuietCount ? count : kMaxQuietCount];
+  }
+  const float wanted = kQuietShare * static_cast<float>(cells);
+  std::uint32_t seen = histogram[0];
+  std::uint32_t quantile = 0;
+  while (static_cast<float>(seen) <= wanted && quantile < kMaxQuietCount) seen += histogram[++quantile];
+  return static_cast<float>(quantile) / static_cast<float>(kCloudCellPx * kCloudCellPx);
+}
+
+bool valid(const EventWindow& window, const CloudOptions& options) {
+  return options.width > 0 && options.height > 0 && options.width <= kMaxSide && options.height <= kMaxSide &&
+         options.c_z_us_per_px >= 0 && options.auto_depth_px > 0 && window.end_us > window.begin_us;
+}
+
+}  // namespace
+
+Status build_cloud(const EventWindow& window, const CloudOptions& options, const CloudWorkspace& workspace,
+                   EventCloud* cloud, CloudStats* stats) {
+  CloudStats unused;
+  if (stats == nullptr) stats = &unused;
+  *stats = {};
+  if (!valid(window, options)) return Status::invalid_argument;
+  const std::size_t cells = cloud_cells(options.width, options.height);
+  if (workspace.cell_start.size() < 2 * cells + 1 || workspace.x.empty()) return Status::buffer_too_small;
+
+  std::size_t inside = 0;
+  for (const Event& event : window.events) inside += event.x < options.width && event.y < options.height ? 1U : 0U;
+  const std::size_t kept = inside < workspace.x.size() ? inside : workspace.x.size();
+  stats->events = static_cast<std::uint32_t>(window.events.size());
+  stats->outside_sensor = static_cast<std::uint32_t>(window.events.size() - inside);
+  stats->thinned = static_cast<std::uint32_t>(inside - kept);
+
+  // Counts stand one place ahead: after the exclusive prefix sum start[c + 1] is where cell c begins, and the scatter
+  // moves it to where cell c ends, which is where cell c + 1 begins.
+  const Span<std::uint32_t> start = workspace.cell_start.first(2 * cells + 1);
+  for (std::uint32_t& count : start) count = 0;
+  const auto cols = static_cast<std::size_t>((options.width + kCloudCellPx - 1) >> kCloudCellShift);
+  for_each_kept(window.events, options, inside, kept,
+                [&](const Event& event) { ++start[cell_of(event, cols, cells) + 1]; });
+  std::uint32_t sum = 0;
+  for (std::size_t c = 1; c < start.size(); ++c) {
+    const std::uint32_t count = start[c];
+    start[c] = sum;
+    sum += count;
+  }
+
+  const auto length_us = static_cast<float>(window.end_us - window.begin_us);
+  const float c_z = options.c_z_us_per_px > 0 ? options.c_z_us_per_px : length_us / options.auto_depth_px;
+  const float per_us = 1.0F / c_z;
+  for_each_kept(window.events, options, inside, kept, [&](const Event& event) {
+    const std::uint32_t i = start[cell_of(event, cols, cells) + 1]++;
+    const auto t = static_cast<float>(event.t_us - window.begin_us);
+    workspace.x[i] = static_cast<float>(event.x);
+    workspace.y[i] = static_cast<float>(event.y);
+    workspace.z[i] = (t < 0 ? 0 : t < length_us ? t : length_us) * per_us;
+  });
+
+  cloud->x = {workspace.x.data(), kept};
+  cloud->y = {workspace.y.data(), kept};
+  cloud->z = {workspace.z.data(), kept};
+  cloud->cell_start = {start.data(), 2 * cells + 1};
+  cloud->width = options.width;
+  cloud->height = options.height;
+  cloud->cols = static_cast<std::uint16_t>(cols);
+  cloud->rows = static_cast<std::uint16_t>(cells / cols);
+  cloud->depth_px = length_us * per_us;
+  cloud->noise_floor[0] = noise_floor(cloud->cell_start, 0, cells);
+  cloud->noise_floor[1] = noise_floor(cloud->cell_start, cells, cells);
+  return Status::ok;
+}
+
+}  // namespace lecalib

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+/// Reads a cloud's events along a moving line. The cost is that of the cells which the line sweeps.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "lecalib/core/event_cloud.hpp"
+#include "lecalib/segments/moving_line.hpp"
+
+namespace lecalib {
+
+/// An event near to a line.
+struct LineEvent {
+  std::uint32_t index;  ///< into the cloud
+  float along_px;       ///< s
+  float across_px;      ///< d
+  float tau;
+  float residual_px;  ///< d minus the line's d at (s, tau)
+};
+
+namespace detail {
+
+/// Columns of cells that a convex quadrilateral touches in one row of the grid; false when it does not.
+struct Quadrilateral {
+  float x[4], y[4];
+
+  [[nodiscard]] bool columns(int row, int num_cols, int* first, int* last) const noexcept {
+    // A pixel covers half a px on each side of its coordinates.
+    const auto top = static_cast<float>(row * kCloudCellPx) - 0.5F;
+    const float bottom = top + static_cast<float>(kCloudCellPx);
+    float low = 1e9F;
+    float high = -1e9F;
+    for (int i = 0; i < 4; ++i) {
+      const int k = (i + 1) & 3;
+      const bool down = y[i] <= y[k];
+      const float xa = down ? x[i] : x[k];
+      const float ya = down ? y[i] : y[k];
+      const float xb = down ? x[k] : x[i];
+      const float yb = down ? y[k] : y[i];
+      if (yb < top || ya > bottom) continue;
+      const float slope = yb - ya > 1e-6F ? (xb - xa) / (yb - ya) : 0.0F;
+      const float x1 = ya < top ? xa + slope * (top - ya) : xa;
+      const float x2 = yb > bottom ? xa + slope * (bottom - ya) : xb;
+      low = std::min(low, std::min(x1, x2));
+      high = std::max(high, std::max(x1, x2));
+    }
+    if (high < low || high < -0.5F) return false;
+    *first = std::max(0, static_cast<int>((low + 0.5F)) >> kCloudCellShift);
+    *last = std::min(num_cols - 1, static_cast<int>((high + 0.5F)) >> kCloudCellShift);
+    return *first <= *last;
+  }
+};
+
+/// The image area that the line's piece [s0, s1] sweeps in the window, `margin` wider on both sides.
+inline Quadrilateral swept_area(const MovingLine& line, float s0, float s1, float margin) noexcept {
+  float d_low = 1e9F;
+  float d_high = -1e9F;
+  for (int i = 0; i < 3; ++i) {
+    const float s = s0 + 0.5F * static_cast<float>(i) * (s1 - s0);
+    const float a = line.offset(s, -1);
+    const float b = line.offset(s, 1);
+    d_low = std::min(d_low, std::min(a, b));
+    d_high = std::max(d_high, std::max(a, b));
+  }
+  d_low -= margin;
+  d_high += margin;
+  return {{line.x(s0, d_low), line.x(s1, d_low), line.x(s1, d_high), line.x(s0, d_high)},
+          {line.y(s0, d_low), line.y(s1, d_low), line.y(s1, d_high), line.y(s0, d_high)}};
+}
+
+}  // namespace detail
+
+/// Calls visit(const LineEvent&) for every event of one polarity with s in [s0, s1) and |residual| <= band.
+template <class Visit>
+void for_each_near_line(const EventCloud& cloud, const MovingLine& line, float s0, float s1, float band_px,
+                        int polarity, Visit visit) {
+  constexpr float kPiecePx = 64;  // short enough that turn and bend do not widen the swept area much
+  const std::size_t base = polarity != 0 ? cloud.cells() : 0;
+  const float tau_per_z = 2.0F / cloud.depth_px;
+  for (float piece = s0; piece < s1; piece += kPiecePx) {
+    const float piece_end = std::min(piece + kPiecePx, s1);
+    const detail::Quadrilateral area = detail::swept_area(line, piece, piece_end, band_px);
+    const float top = std::min(std::min(area.y[0], area.y[1]), std::min(area.y[2], area.y[3]));
+    const float bottom = std::max(std::max(area.y[0], area.y[1]), std::max(area.y[2], area.y[3]));
+    if (bottom < 0 || top > static_cast<float>(cloud.height)) continue;
+    const int first_row = std::max(0, static_cast<int>(top + 0.5F) >> kCloudCellShift);
+    const int last_row = std::min(cloud.rows - 1, static_cast<int>(bottom + 0.5F) >> kCloudCellShift);
+    for (int row = first_row; row <= last_row; ++row) {
+      int first_col = 0;
+      int last_col = 0;
+      if (!area.columns(row, cloud.cols, &first_col, &last_col)) continue;
+      const std::size_t row_base = base + static_cast<std::size_t>(row) * cloud.cols;
+      const std::uint32_t end = cloud.cell_start[row_base + static_cast<std::size_t>(last_col) + 1];
+      for (std::uint32_t i = cloud.cell_start[row_base + static_cast<std::size_t>(first_col)]; i < end; ++i) {
+        const float s = line.along(cloud.x[i], cloud.y[i]);
+        if (s < piece || s >= piece_end) continue;
+        const float d = line.across(cloud.x[i], cloud.y[i]);
+        const float tau = cloud.z[i] * tau_per_z - 1.0F;
+        const float residual = d - line.offset(s, tau);
+        if (residual > band_px || residual < -band_px) continue;
+        visit(LineEvent{i, s, d, tau, residual});
+      }
+    }
+  }
+}
+
+}  // namespace lecalib

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/segments/line_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lecalib/segments/corridor.hpp"
+
+namespace lecalib {
+namespace {
+
+constexpr float kWideBandPx = 5;    // events that the robust fit chooses from
+constexpr float kBeyondEndsPx = 6;  // how far past the ends they are looked for
+constexpr int kRounds = 4;
+constexpr float kBandSigmas = 3;  // of the weight 1 - (r / band)^2
+constexpr float kMinBandPx = 1.2F;
+constexpr float kMaxBandPx = 4.5F;
+/// E[w r^2] / E[w] of a normal distribution under that weight, cut at 3 sigma, in sigma^2.
+constexpr float kWeightedVariance = 0.78F;
+/// Events of one edge are not independent: the pixel grid and the thresholds tie neighbours together.
+constexpr float kVarianceInflation = 1.2F;
+
+constexpr float kInlierSigmas = 2.5F;
+constexpr float kMinInlierPx = 1;
+constexpr float kClaimSigmas = 3.5F;
+constexpr float kMinClaimPx = 2;
+constexpr float kFlankMarginPx = 0.5F;
+
+constexpr float kEndDensity = 0.35F;  // of the mean: less is beyond the line's end
+constexpr float kEventsPerPatch = 8;  // in the test of evenness
+constexpr int kMinPatches = 3;
+constexpr float kMaxEndMotion = 0.25F;  // of the length, during the window
+constexpr float kMinEndMotionPx = 6;    // less is within the extents' own error
+
+class LineFitter {
+ public:
+  LineFitter(const EventCloud& cloud, const LineFitOptions& options, const LineWorkspace& workspace,
+             const FitClaim& claim, const MovingLine& line)
+      : cloud_(cloud), options_(options), ws_(workspace), claim_(claim), line_(line) {}
+
+  FitOutcome fit() {
+    recentre(&line_);
+    collect();
+    if (count_ < options_.min_events) return FitOutcome::too_few_events;
+    FitOutcome outcome = fit_robustly();
+    if (outcome == FitOutcome::accepted) outcome = judge_support();
+    if (outcome == FitOutcome::accepted) outcome = find_extents();
+    if (outcome == FitOutcome::accepted) mark_events();
+    return outcome;
+  }
+
+  [[nodiscard]] const MovingLine& line() const { return line_; }
+
+ private:
+  [[nodiscard]] bool may_take(std::uint8_t owner) const {
+    return owner == 0 || owner == claim_.may_take[0] || owner == claim_.may_take[1];
+  }
+
+  void collect() {
+    const float from = line_.lowest() - kBeyondEndsPx;
+    const float to = line_.highest() + kBeyondEndsPx;
+    for (int polarity = 0; polarity < 2; ++polarity) {
+      if ((line_.polarities >> polarity & 1) == 0) continue;
+      for_each_near_line(cloud_, line_, from, to, kWideBandPx, polarity, [&](const LineEvent& event) {
+        if (!may_take(ws_.owner[event.index])) return;
+        ws_.index[count_] = event.index;
+        ws_.along[count_++] = event.along_px;
+      });
+    }
+  }
+
+  [[nodiscard]] float tau(std::uint32_t event) const { return cloud_.z[event] * (2.0F / cloud_.depth_px) - 1; }
+  [[nodiscard]] float across(std::uint32_t event) const { return line_.across(cloud_.x[event], cloud_.y[event]); }
+  [[nodiscard]] float residual(std::size_t k) const {
+    const std::uint32_t event = ws_.index[k];
+    return across(event) - line_.offset(ws_.along[k], tau(event));
+  }
+
+  FitOutcome fit_robustly() {
+    const std::size_t stride = std::max<std::size_t>(1, count_ / std::max(1U, options_.max_fit_events));
+    float band = kBandSigmas * line_.thickness_px;
+    for (int round = 0; round < kRounds; ++round) {
+      band = std::clamp(band, kMinBandPx, kMaxBandPx);
+      LineEquations equations;
+      float weighted_square = 0;
+      float weights = 0;
+      for (std::size_t k = 0; k < count_; k += stride) {
+        const float r = residual(k) / band;
+        const float weight = 1 - r * r;
+        if (weight <= 0) continue;
+        const std::uint32_t event = ws_.index[k];
+        equations.add(ws_.along[k], tau(event), across(event), weight);
+        weighted_square += weight * r * r;
+        weights += weight;
+      }
+      if (equations.count() < options_.min_events / 2) return FitOutcome::too_few_events;
+      const float variance = band * band * weighted_square / (weights * kWeightedVariance);
+      line_.thickness_px = std::sqrt(variance);
+      if (!equations.solve(options_.priors, 1, line_.m, line_.covariance)) return FitOutcome::no_solution;
+      for (float& entry : line_.covariance) entry *= variance * kVarianceInflation;
+      band = kBandSigmas * line_.thickness_px;
+    }
+    return line_.thickness_px > options_.max_thickness_px ? FitOutcome::too_thick : FitOutcome::accepted;
+  }
+
+  /// Counts the events on the line into the histogram and holds them against those beside it.
+  FitOutcome judge_support() {
+    const float inlier = std::max(kMinInlierPx, kInlierSigmas * line_.thickness_px);
+    histogram_start_ = line_.lowest() - kHistogramBinPx;
+    const float span = line_.highest() + kHistogramBinPx - histogram_start_;
+    num_bins_ =
+        std::min(static_cast<int>(span / kHistogramBinPx) + 1, static_cast<int>(ws_.histogram.size() / kHistogramRows));
+    std::fill(ws_.histogram.begin(), ws_.histogram.end(), std::uint16_t{0});
+    std::uint32_t flank = 0;
+    std::uint32_t on_line[kHistogramRows] = {};
+    for (std::size_t k = 0; k < count_; ++k) {
+      const float r = std::fabs(residual(k));
+      if (r > inlier) {
+        flank += r < 2 * inlier + kFlankMarginPx ? 1U : 0U;
+        continue;
+      }
+      const int bin = static_cast<int>((ws_.along[k] - histogram_start_) / kHistogramBinPx);
+      if (ws_.along[k] < histogram_start_ || bin >= num_bins_) continue;
+      const int row = std::clamp(static_cast<int>((tau(ws_.index[k]) + 1) * (kHistogramRows / 2)), 0,
+                                 static_cast<int>(kHistogramRows) - 1);
+      ++count_at(row, bin);
+      ++on_line[row];
+    }
+    const std::uint32_t early = on_line[0] + on_line[1];
+    const std::uint32_t late = on_line[2] + on_line[3];
+    line_.events = early + late;
+    if (line_.events < options_.min_events) return FitOutcome::too_few_events;
+    const auto events = static_cast<float>(line_.events);
+    const float beside = static_cast<float>(flank) * inlier / (inlier + kFlankMarginPx);
+    if (events < options_.min_contrast * beside) return FitOutcome::low_contrast;
+    if (events < options_.min_over_noise * expected_noise(inlier)) return FitOutcome::noise;
+    if (static_cast<float>(std::min(early, late)) < options_.min_half_share * events) return FitOutcome::one_sided;
+    return FitOutcome::accepted;
+  }
+
+  [[nodiscard]] float expected_noise(float half_width) const {
+    const float floor = ((line_.polarities & 1U) != 0 ? cloud_.noise_floor[0] : 0) +
+                        ((line_.polarities & 2U) != 0 ? cloud_.noise_floor[1] : 0);
+    return floor * 2 * half_width * line_.length();
+  }
+
+  std::uint16_t& count_at(int row, int bin) const {
+    return ws_.histogram[static_cast<std::size_t>(
+        row * (static_cast<int>(ws_.histogram.size()) / static_cast<int>(kHistogramRows)) + bin)];
+  }
+  /// Events in a bin, in one half of the window.
+  [[nodiscard]] int half_count(int half, int bin) const {
+    return count_at(2 * half, bin) + count_at(2 * half + 1, bin);
+  }
+  [[nodiscard]] int half_sum(int half, int first, int bins) const {
+    int sum = 0;
+    for (int b = std::max(0, first); b < std::min(num_bins_, first + bins); ++b) sum += half_count(half, b);
+    return sum;
+  }
+
+  /// First and last bin of the line's support in one half of the window. @return false without support
+  bool support_range(int half, int* first, int* last) const {
+    int filled = 0;
+    for (int b = 0; b < num_bins_; ++b) filled += half_count(half, b) > 0 ? 1 : 0;
+    if (filled == 0) return false;
+    const float mean = static_cast<float>(half_sum(half, 0, num_bins_)) / static_cast<float>(filled);
+    const int run = std::clamp(static_cast<int>(3 / mean + 0.5F), 1, 8);  // bins that hold three events on average
+    const float need = std::max(kEndDensity * mean * static_cast<float>(run), 1.0F);
+    const auto supported = [&](int near, int far) {
+      return static_cast<float>(half_sum(half, near, run)) >= need &&
+             static_cast<float>(half_sum(half, far, run)) >= need;
+    };
+    *first = 0;
+    while (*first < num_bins_ && !(half_count(half, *first) > 0 && supported(*first, *first + run))) ++*first;
+    *last = num_bins_ - 1;
+    while (*last >= 0 && !(half_count(half, *last) > 0 && supported(*last - run + 1, *last - 2 * run + 1))) --*last;
+    return *last > *first + 1;
+  }
+
+  FitOutcome find_extents() {
+    float low[2] = {};
+    float high[2] = {};
+    bool seen[2] = {};
+    for (int half = 0; half < 2; ++half) {
+      int first = 0;
+      int last = 0;
+      seen[half] = support_range(half, &first, &last);
+      low[half] = histogram_start_ + kHistogramBinPx * static_cast<float>(first);
+      high[half] = histogram_start_ + kHistogramBinPx * static_cast<float>(last + 1);
+    }
+    if (!seen[0] && !seen[1]) return FitOutcome::uneven;
+    for (int half = 0; half < 2; ++half) {
+      if (seen[half]) continue;
+      low[half] = low[1 - half];
+      high[half] = high[1 - half];
+    }
+    if (!is_even(std::min(low[0], low[1]), std::max(high[0], high[1]))) return FitOutcome::uneven;
+    // The halves' extents are those at a quarter and three quarters of the window; their motion goes on to its ends.
+    const float limit = kMaxEndMotion * std::max(high[0] - low[0], high[1] - low[1]);
+    extrapolate(low[0], low[1], limit, line_.low);
+    extrapolate(high[0], high[1], limit, line_.high);
+    const float longest = std::max(line_.high[0] - line_.low[0], line_.high[1] - line_.low[1]);
+    const bool is_long = longest >= min_line_length(options_, cloud_.width, cloud_.height);
+    return is_long ? FitOutcome::accepted : FitOutcome::too_short;
+  }
+
+  static void extrapolate(float early, float late, float limit, float* ends) {
+    float motion = std::clamp(late - early, -limit, limit);
+    if (std::fabs(motion) < kMinEndMotionPx) motion = 0;
+    const float middle = 0.5F * (early + late);
+    ends[0] = middle - motion;
+    ends[1] = middle + motion;
+  }
+
+  /// Whether equal patches along the line hold about equally many events.
+  bool is_even(float low, float high) {
+    const int first = std::max(0, static_cast<int>((low - histogram_start_) / kHistogramBinPx));
+    const int end = std::min(num_bins_, static_cast<int>((high - histogram_start_) / kHistogramBinPx));
+    if (end - first < 2 * kMinPatches) return false;
+    const int total = half_sum(0, first, end - first) + half_sum(1, first, end - first);
+    const float per_bin = static_cast<float>(total) / static_cast<float>(end - first);
+    const int width =
+        std::max(2, std::min(static_cast<int>(kEventsPerPatch / std::max(per_bin, 0.1F) + 0.5F), (end - first) / 5));
+    int patches = 0;
+    int empty = 0;
+    for (int b = first; b + width <= end; b += width) {
+      const int n = half_sum(0, b, width) + half_sum(1, b, width);
+      ws_.patches[static_cast<std::size_t>(patches++)] = static_cast<std::uint16_t>(std::min(n, 65535));
+      empty += n == 0 ? 1 : 0;
+    }
+    if (patches < kMinPatches) return false;
+    std::uint16_t* median = ws_.patches.begin() + patches / 2;
+    std::nth_element(ws_.patches.begin(), median, ws_.patches.begin() + patches);
+    const float mean = per_bin * static_cast<float>(width);
+    const float max_empty = 1 - (1 - options_.max_empty_share) * claim_.tolerance;
+    return static_cast<float>(*median) >= options_.min_evenness * claim_.tolerance * mean &&
+           static_cast<float>(empty) <= max_empty * static_cast<float>(patches);
+  }
+
+  void mark_events() {
+    const float band = std::max(kMinClaimPx, kClaimSigmas * line_.thickness_px);
+    for (std::size_t k = 0; k < count_; ++k) {
+      if (std::fabs(residual(k)) < band) ws_.owner[ws_.index[k]] = claim_.id;
+    }
+  }
+
+  const EventCloud& cloud_;
+  const LineFitOptions& options_;
+  const LineWorkspace& ws_;
+  const FitClaim& claim_;
+  MovingLine line_;
+  std::size_t count_ = 0;  // events in the lists
+  float histogram_start_ = 0;
+  int num_bins_ = 0;
+};
+
+/// One sigma of the line's position at one end of the window (0 or 1).
+float end_sigma(const MovingLine& line, int end, float systematic2) {
+  const float tau = end == 0 ? -1.0F : 1.0F;
+  const float statistical =
+      0.5F * (offset_variance(line, line.low[end], tau) + offset_variance(line, line.high[end], tau));
+  return std::sqrt(statistical + systematic2);
+}
+
+}  // namespace
+
+FitOutcome fit_line(const EventCloud& cloud, const LineFitOptions& options, const LineWorkspace& workspace,
+                    const FitClaim& claim, MovingLine* line) {
+  LineFitter fitter(cloud, options, workspace, claim, *line);
+  const FitOutcome outcome = fitter.fit();
+  if (outcome == FitOutcome::accepted) *line = fitter.line();
+  return outcome;
+}
+
+EventLine to_event_line(const MovingLine& line, const LineFitOptions& options) {
+  EventLine out{};
+  Segment* segments[2] = {&out.begin, &out.end};
+  for (int end = 0; end < 2; ++end) {
+    const float tau = end == 0 ? -1.0F : 1.0F;
+    const float low = line.offset(line.low[end], tau);
+    const float high = line.offset(line.high[end], tau);
+    *segments[end] = {line.x(line.low[end], low), line.y(line.low[end], low), line.x(line.high[end], high),
+                      line.y(line.high[end], high)};
+  }
+  const float half_length = 0.5F * line.length() * kAlongUnit;
+  out.bend_px = -line.m[4] * half_length * half_length;
+  // Events per px^2 of swept area, once more than nothing: the denser an edge fires, the sharper it stands.
+  const float travel = std::max(1.0F, 2 * std::fabs(line.m[2]));
+  const float density = static_cast<float>(line.events) / std::max(1.0F, line.length() * travel);
+  const float systematic2 =
+      options.systematic_px * options.systematic_px + options.systematic_sparse_px2 / std::max(density, 0.05F);
+  out.sigma_begin_px = end_sigma(line, 0, systematic2);
+  out.sigma_end_px = end_sigma(line, 1, systematic2);
+  out.events = line.events;
+  out.polarity = line.polarities == 3 ? 0 : line.polarities == 2 ? 1 : -1;
+  return out;
+}
+
+float min_line_length(const LineFitOptions& options, std::uint16_t width, std::uint16_t height) {
+  if (options.min_length_px > 0) return options.min_length_px;
+  const auto w = static_cast<float>(width);
+  const auto h = static_cast<float>(height);
+  return std::clamp(0.07F * std::sqrt(w * w + h * h), 20.0F, 30.0F);
+}
+
+}  // namespace lecalib

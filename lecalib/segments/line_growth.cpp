@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/segments/line_growth.hpp"
+
+#include <algorithm>
+
+#include "lecalib/segments/corridor.hpp"
+
+namespace lecalib {
+namespace {
+
+constexpr int kMaxSteps = 48;  // a step is 16 to 64 px long: more than the longest diagonal needs
+constexpr float kMinStepPx = 16;
+constexpr float kMaxStepPx = 64;
+constexpr float kBinPx = 4;
+constexpr int kMaxBins = static_cast<int>(kMaxStepPx / kBinPx);
+constexpr int kMaxBridges = 2;       // steps in a row that see other lines' events only
+constexpr float kBorderPx = 8;       // beyond the sensor's border nothing is to be found
+constexpr float kPriorVariance = 1;  // of the events' distance while the thickness is unknown, px^2
+
+/// How far the line goes on in one step.
+struct Reach {
+  float extent_px = 0;
+  bool to_the_end = false;  // no gap before the step's end
+  bool supported = false;
+};
+
+class LineGrower {
+ public:
+  LineGrower(const EventCloud& cloud, const GrowthOptions& options, const LinePriors& priors,
+             const LineWorkspace& workspace, const MovingLine& guess)
+      : cloud_(cloud), options_(options), priors_(priors), ws_(workspace), line_(guess) {}
+
+  bool start() {
+    line_.low[0] = line_.low[1] = line_.lowest();
+    line_.high[0] = line_.high[1] = line_.highest();
+    gather(line_.low[0], line_.high[0], line_.polarities, 1);
+    if (count_ < options_.min_events) return false;
+    accept_from(0);
+    return refit();
+  }
+
+  void grow() {
+    for (int step = 0; step < kMaxSteps && (sides_[0].active || sides_[1].active); ++step) {
+      for (int side = 0; side < 2; ++side) {
+        if (sides_[side].active && !step_out(side)) return;
+      }
+    }
+  }
+
+  [[nodiscard]] const MovingLine& line() const { return line_; }
+
+ private:
+  struct Side {
+    bool active = true;
+    float max_step_px = kMaxStepPx;
+    int bridges = 0;
+  };
+
+  [[nodiscard]] float length() const { return line_.high[0] - line_.low[0]; }
+  [[nodiscard]] float density() const { return static_cast<float>(count_) / length(); }
+
+  /// Appends the free events in [from, to) to the list; counts those of other lines in bins from the inner end on.
+  void gather(float from, float to, unsigned polarities, int side) {
+    for (int polarity = 0; polarity < 2; ++polarity) {
+      if ((polarities >> polarity & 1U) == 0) continue;
+      for_each_near_line(cloud_, line_, from, to, options_.band_px, polarity, [&](const LineEvent& event) {
+        if (ws_.owner[event.index] == 0) {
+          ws_.index[count_] = event.index;
+          ws_.along[count_++] = event.along_px;
+          return;
+        }
+        const int bin = static_cast<int>((side == 1 ? event.along_px - from : to - event.along_px) / kBinPx);
+        if (bin >= 0 && bin < kMaxBins) ++foreign_[bin];
+      });
+    }
+  }
+
+  void accept_from(std::size_t first) {
+    const float tau_per_z = 2.0F / cloud_.depth_px;
+    for (std::size_t k = first; k < count_; ++k) {
+      const std::uint32_t i = ws_.index[k];
+      equations_.add(ws_.along[k], cloud_.z[i] * tau_per_z - 1, line_.across(cloud_.x[i], cloud_.y[i]), 1);
+    }
+  }
+
+  bool refit() { return equations_.solve(priors_, kPriorVariance, line_.m, nullptr); }
+
+  /// How far the events from `first` on reach without a gap, in the step [from, to).
+  [[nodiscard]] Reach measure(std::size_t first, float from, float to, int side) const {
+    int own[kMaxBins] = {};
+    for (std::size_t k = first; k < count_; ++k) {
+      const int bin = static_cast<int>((side == 1 ? ws_.along[k] - from : to - ws_.along[k]) / kBinPx);
+      if (bin >= 0 && bin < kMaxBins) ++own[bin];
+    }
+    const float before = static_cast<float>(first) / length();
+    const float noise = noise_floor() * 2 * options_.band_px * kBinPx;
+    const float need =
+        std::max(std::max(options_.min_density * before * kBinPx, 0.6F), options_.min_over_noise * noise);
+    const float gap_px = options_.gap_events / std::max(before, 0.05F);
+    const int max_gap = static_cast<int>(std::clamp(gap_px, kBinPx, options_.max_gap_px) / kBinPx + 0.5F);
+    const int bins = std::min(static_cast<int>((to - from) / kBinPx + 0.999F), kMaxBins);
+
+    Reach reach;
+    int last = -1;
+    int gap = 0;
+    for (int b = 0; b < bins && gap < max_gap; ++b) {
+      // Two bins together: a sparse line has holes by chance.
+      const int pair = own[b] + own[b + 1 < bins ? b + 1 : b];
+      if (own[b] > 0 && static_cast<float>(pair) >= 2 * need) {
+        last = b;
+        gap = 0;
+      } else if (static_cast<float>(own[b] + foreign_[b]) < need) {
+        ++gap;
+      }
+    }
+    reach.extent_px = std::min(static_cast<float>(last + 1) * kBinPx, to - from);
+    reach.to_the_end = gap < max_gap;
+    reach.supported = last >= 0;
+    return reach;
+  }
+
+  [[nodiscard]] float noise_floor() const {
+    return ((line_.polarities & 1U) != 0 ? cloud_.noise_floor[0] : 0) +
+           ((line_.polarities & 2U) != 0 ? cloud_.noise_floor[1] : 0);
+  }
+
+  /// Looks whether the line goes on in the polarity that it does not have yet; if so it becomes one of both.
+  Reach try_other_polarity(const Reach& own, std::size_t first, float from, float to, int side) {
+    if (options_.other_polarity_px <= 0 || line_.polarities == 3) return own;
+    const std::size_t keep = count_;
+    gather(from, to, line_.polarities ^ 3U, side);
+    const Reach both = measure(first, from, to, side);
+    if (both.extent_px >= own.extent_px + options_.other_polarity_px) {
+      line_.polarities = 3;
+      return both;
+    }
+    count_ = keep;
+    return own;
+  }
+
+  void drop_beyond(std::size_t first, float extent, float from, float to, int side) {
+    std::size_t kept = first;
+    for (std::size_t k = first; k < count_; ++k) {
+      if ((side == 1 ? ws_.along[k] - from : to - ws_.along[k]) >= extent) continue;
+      ws_.index[kept] = ws_.index[k];
+      ws_.along[kept++] = ws_.along[k];
+    }
+    count_ = kept;
+  }
+
+  /// One step at one end. @return false when the fit failed, which ends the growth
+  bool step_out(int side) {
+    Side& state = sides_[side];
+    const float step = std::min(std::max(0.5F * length(), kMinStepPx), state.max_step_px);
+    const float from = side == 1 ? line_.high[0] : line_.low[0] - step;
+    const float to = from + step;
+    const std::size_t first = count_;
+    for (int& bin : foreign_) bin = 0;
+    gather(from, to, line_.polarities, side);
+    Reach reach = measure(first, from, to, side);
+    if (!reach.to_the_end) reach = try_other_polarity(reach, first, from, to, side);
+    if (reach.to_the_end && !reach.supported) {
+      reach.to_the_end = state.bridges++ < kMaxBridges;
+      reach.extent_px = reach.to_the_end ? step : 0;
+    }
+    drop_beyond(first, reach.extent_px, from, to, side);
+    if (reach.extent_px > 0) {
+      accept_from(first);
+      if (side == 1) line_.high[0] = line_.high[1] = line_.high[0] + reach.extent_px;
+      if (side == 0) line_.low[0] = line_.low[1] = line_.low[0] - reach.extent_px;
+      if (!refit()) return false;
+    }
+    update_side(side, step, reach);
+    return true;
+  }
+
+  void update_side(int side, float step, const Reach& reach) {
+    Side& state = sides_[side];
+    if (reach.to_the_end) {
+      state.max_step_px = std::min(kMaxStepPx, 2 * state.max_step_px);
+    } else if (step > kMinStepPx) {
+      state.max_step_px = kMinStepPx;  // a long step may have missed by its extrapolation: once more, with care
+    } else if (reach.extent_px < kBinPx) {
+      state.active = false;
+    }
+    const float end = side == 1 ? line_.high[0] : line_.low[0];
+    const float x = line_.x(end, line_.offset(end, 0));
+    const float y = line_.y(end, line_.offset(end, 0));
+    if (x < -kBorderPx || y < -kBorderPx || x > static_cast<float>(cloud_.width) + kBorderPx ||
+        y > static_cast<float>(cloud_.height) + kBorderPx) {
+      state.active = false;
+    }
+  }
+
+  const EventCloud& cloud_;
+  const GrowthOptions& options_;
+  const LinePriors& priors_;
+  const LineWorkspace& ws_;
+  MovingLine line_;
+  LineEquations equations_;
+  std::size_t count_ = 0;  // events in the lists
+  Side sides_[2];
+  int foreign_[kMaxBins] = {};
+};
+
+}  // namespace
+
+bool grow_line(const EventCloud& cloud, const GrowthOptions& options, const LinePriors& priors,
+               const LineWorkspace& workspace, MovingLine* line) {
+  LineGrower grower(cloud, options, priors, workspace, *line);
+  if (!grower.start()) return false;
+  grower.grow();
+  *line = grower.line();
+  return true;
+}
+
+}  // namespace lecalib

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <vector>
+
+#include "lecalib/pipeline/line_detector.hpp"
+#include "support/alloc_counter.hpp"
+#include "support/guarded_arena.hpp"
+#include "support/moving_edges.hpp"
+
+using namespace lecalib;
+using namespace lecalib::test;
+
+namespace {
+
+DetectorCapacities capacities_for(const SceneOptions& scene, std::size_t events) {
+  DetectorCapacities capacities;
+  capacities.events = events;
+  capacities.width = scene.width;
+  capacities.height = scene.height;
+  return capacities;
+}
+
+/// A detector in exactly the memory that it asks for.
+struct Detector {
+  explicit Detector(const SceneOptions& scene, std::size_t events = 60000)
+      : Detector(scene, capacities_for(scene, events)) {}
+  Detector(const SceneOptions& scene, const DetectorCapacities& capacities)
+      : memory(detector_bytes(capacities)), lines(64) {
+    REQUIRE(carve(memory.arena(), capacities, &workspace));
+    CHECK(memory.arena().peak() == detector_bytes(capacities));
+    options.cloud.width = scene.width;
+    options.cloud.height = scene.height;
+  }
+  Status detect(const EventWindow& window) { return detect_lines(window, options, &workspace, lines, &count, &stats); }
+
+  GuardedArena memory;
+  DetectorWorkspace workspace;
+  DetectorOptions options;
+  std::vector<EventLine> lines;
+  std::size_t count = 0;
+  DetectorStats stats;
+};
+
+/// The found line that lies on the edge at both ends of the window, or null.
+const EventLine* find_edge(const Detector& detector, const MovingEdge& edge, double max_distance_px) {
+  for (std::size_t i = 0; i < detector.count; ++i) {
+    const EventLine& line = detector.lines[i];
+    const double at_begin = distance_between(line.begin, edge.begin);
+    const double at_end = distance_between(line.end, edge.end);
+    if (at_begin >= 0 && at_end >= 0 && at_begin <= max_distance_px && at_end <= max_distance_px) return &line;
+  }
+  return nullptr;
+}
+
+/// The nine edges of a box that turns and comes nearer; neighbours differ in polarity as bright and dark faces do.
+std::vector<MovingEdge> box() {
+  const auto edge = [](float x1, float y1, float x2, float y2, std::uint8_t polarity) {
+    const auto moved_x = [](float x, float y) { return 173 + 1.03F * (x - 173) - 0.02F * (y - 130) + 4; };
+    const auto moved_y = [](float x, float y) { return 130 + 1.03F * (y - 130) + 0.02F * (x - 173) + 3; };
+    return MovingEdge{{x1, y1, x2, y2}, {moved_x(x1, y1), moved_y(x1, y1), moved_x(x2, y2), moved_y(x2, y2)}, polarity};
+  };
+  return {edge(80, 90, 180, 120, 1),  edge(180, 120, 270, 80, 0), edge(80, 90, 165, 60, 1),
+          edge(165, 60, 270, 80, 0),  edge(80, 90, 90, 190, 1),   edge(180, 120, 182, 220, 0),
+          edge(270, 80, 262, 175, 1), edge(90, 190, 182, 220, 0), edge(182, 220, 262, 175, 1)};
+}
+
+}  // namespace
+
+TEST_CASE("detector: every edge of a moving box is found at both ends of the window, and nothing else") {
+  SceneOptions scene;
+  scene.noise_events = 1500;
+  const std::vector<MovingEdge> edges = box();
+  for (const double events_per_px : {3.0, 6.0, 25.0}) {
+    scene.events_per_px = events_per_px;
+    const std::vector<Event> events = make_events(edges, scene, 3);
+    Detector detector(scene);
+    REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
+    CHECK(detector.count == edges.size());
+    for (const MovingEdge& edge : edges) {
+      const EventLine* line = find_edge(detector, edge, 0.4);
+      REQUIRE(line != nullptr);
+      CHECK(line->polarity == (edge.polarity != 0 ? 1 : -1));
+      CHECK(line->sigma_begin_px > 0);
+      CHECK(line->sigma_begin_px < 1);
+    }
+    const std::size_t accepted = detector.stats.fits[static_cast<std::size_t>(FitOutcome::accepted)];
+    CHECK(accepted == detector.count + detector.stats.lines_merged);
+  }
+}
+
+TEST_CASE("detector: noise alone makes no lines") {
+  for (const std::uint16_t width : {std::uint16_t{240}, std::uint16_t{1280}}) {
+    SceneOptions scene;
+    scene.width = width;
+    scene.height = width == 240 ? 180 : 720;
+    for (const std::size_t noise : {std::size_t{500}, std::size_t{5000}, std::size_t{50000}}) {
+      scene.noise_events = noise;
+      const std::vector<Event> events = make_events({}, scene, noise);
+      Detector detector(scene);
+      REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
+      CHECK(detector.count == 0);
+    }
+  }
+}
+
+TEST_CASE("detector: a window beyond the capacity is thinned, counted, and its lines are found") {
+  SceneOptions scene;
+  scene.events_per_px = 60;
+  const std::vector<MovingEdge> edges = box();
+  const std::vector<Event> events = make_events(edges, scene);
+  Detector detector(scene, 10000);
+  REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
+  CHECK(detector.stats.cloud.thinned == events.size() - 10000);
+  for (const MovingEdge& edge : edges) CHECK(find_edge(detector, edge, 0.4) != nullptr);
+}
+
+TEST_CASE("detector: lines that cross are found whole") {
+  SceneOptions scene;
+  const std::vector<MovingEdge> edges = {{{30, 40, 310, 210}, {34, 37, 314, 207}, 1},
+                                         {{40, 200, 300, 60}, {44, 204, 304, 64}, 1},
+                                         {{20, 120, 330, 125}, {20, 125, 330, 130}, 1}};
+  const std::vector<Event> events = make_events(edges, scene);
+  Detector detector(scene);
+  REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
+  CHECK(detector.count == edges.size());
+  for (const MovingEdge& edge : edges) {
+    const EventLine* line = find_edge(detector, edge, 0.4);
+    REQUIRE(line != nullptr);
+    const Segment& s = line->begin;
+    const Segment& t = edge.begin;
+    const float found = std::hypot(s.x2 - s.x1, s.y2 - s.y1);
+    CHECK(found > 0.95F * std::hypot(t.x2 - t.x1, t.y2 - t.y1));
+  }
+}
+
+TEST_CASE("detector: the output holds the strongest lines when it is too small, and the rest is counted") {
+  SceneOptions scene;
+  const std::vector<Event> events = make_events(box(), scene);
+  Detector all(scene);
+  REQUIRE(all.detect(window_of(scene, events)) == Status::ok);
+  REQUIRE(all.count == 9);
+  for (const std::size_t room : {std::size_t{9}, std::size_t{8}, std::size_t{0}}) {
+    Detector detector(scene);
+    detector.lines.resize(room);
+    REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
+    CHECK(detector.count == room);
+    CHECK(detector.stats.lines_dropped == 9 - room);
+    for (std::size_t i = 0; i < room; ++i) CHECK(detector.lines[i].events == all.lines[i].events);
+  }
+}
+
+TEST_CASE("detector: a workspace for fewer regions or lines drops and counts") {
+  SceneOptions scene;
+  const std::vector<Event> events = make_events(box(), scene);
+  DetectorCapacities capacities = capacities_for(scene, 60000);
+  capacities.lines = 4;
+  Detector few_lines(scene, capacities);
+  REQUIRE(few_lines.detect(window_of(scene, events)) == Status::ok);
+  CHECK(few_lines.count == 4);
+  CHECK(few_lines.stats.lines_dropped > 0);
+  capacities.regions = 3;
+  Detector few_regions(scene, capacities);
+  REQUIRE(few_regions.detect(window_of(scene, events)) == Status::ok);
+  CHECK(few_regions.count <= 3);
+  CHECK(few_regions.stats.regions.dropped > 0);
+}
+
+TEST_CASE("detector: shifting the window in time changes nothing, and the same bytes give the same bits") {
+  SceneOptions scene;
+  scene.noise_events = 1000;
+  std::vector<Event> events = make_events(box(), scene);
+  Detector first(scene);
+  REQUIRE(first.detect(window_of(scene, events)) == Status::ok);
+  for (Event& e : events) e.t_us += 913700000000;
+  scene.begin_us += 913700000000;
+  Detector second(scene);
+  REQUIRE(second.detect(window_of(scene, events)) == Status::ok);
+  REQUIRE(second.count == first.count);
+  for (std::size_t i = 0; i < first.count; ++i) {
+    const EventLine& a = first.lines[i];
+    const EventLine& b = second.lines[i];
+    CHECK(std::memcmp(&a.begin, &b.begin, sizeof(Segment)) == 0);
+    CHECK(std::memcmp(&a.end, &b.end, sizeof(Segment)) == 0);
+    CHECK(a.events == b.events);
+  }
+}
+
+TEST_CASE("detector: nothing is allocated, and stages are timed by the given clock") {
+  SceneOptions scene;
+  const std::vector<Event> events = make_events(box(), scene);
+  Detector detector(scene);
+  detector.options.clock_ns = [] {
+    static std::uint64_t now = 0;
+    return now += 1000;
+  };
+  const EventWindow window = window_of(scene, events);
+  const AllocScope heap;
+  const Status status = detector.detect(window);
+  const std::size_t allocations = heap.allocations();
+  CHECK(status == Status::ok);
+  CHECK(allocations == 0);
+  for (std::size_t i = 0; i < kNumDetectorStages; ++i) {
+    CHECK(detector.stats.stage_ns[i] == 1000);
+    CHECK(std::strcmp(to_string(static_cast<DetectorStage>(i)), "unknown") != 0);
+  }
+}
+
+TEST_CASE("detector: bad options, windows and workspaces are told apart") {
+  SceneOptions scene;
+  const std::vector<Event> events = make_events(box(), scene);
+  const EventWindow window = window_of(scene, events);
+  Detector detector(scene);
+  CHECK(detector.detect({5, 5, {}}) == Status::invalid_argument);
+  detector.options.cloud.width = 0;
+  CHECK(detector.detect(window) == Status::invalid_argument);
+  detector.options.cloud.width = 1280;
+  CHECK(detector.detect(window) == Status::buffer_too_small);
+  detector.options.cloud.width = scene.width;
+  detector.options.normals.min_support = 0;
+  CHECK(detector.detect(window) == Status::invalid_argument);
+  detector.options.normals.min_support = 8;
+  detector.options.regions.reach_px = 0;
+  CHECK(detector.detect(window) == Status::invalid_argument);
+  detector.options.regions.reach_px = 8;
+  CHECK(detector.detect(window) == Status::ok);
+  CHECK(detector.detect({scene.begin_us, scene.begin_us + 10, {}}) == Status::ok);
+  CHECK(detector.count == 0);
+  const DetectorCapacities capacities = capacities_for(scene, 60000);
+  std::vector<std::byte> bytes(detector_bytes(capacities) + kArenaAlign - 1);
+  const auto misalignment = reinterpret_cast<std::uintptr_t>(bytes.data()) % kArenaAlign;
+  std::byte* aligned = bytes.data() + (kArenaAlign - misalignment) % kArenaAlign;
+  Arena arena({aligned, detector_bytes(capacities) - 1});
+  DetectorWorkspace workspace;
+  CHECK_FALSE(carve(arena, capacities, &workspace));
+}
