@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/events/stream_head.hpp"
 
-#include <string_view>
-
 namespace lecalib {
 namespace {
 
-using Text = std::string_view;
+using Text = Span<const char>;
 
 /// First bytes of formats that are not read. None begins with '%'.
 struct Magic {
-  Text bytes;
+  const char* bytes;
   const char* name;
 };
 constexpr Magic kMagics[] = {
@@ -29,8 +27,8 @@ constexpr Magic kMagics[] = {
 
 /// What the header's lines "% evt 3.0" and "% format EVT3;..." call the formats.
 struct RawFormat {
-  Text evt;
-  Text format;
+  const char* evt;
+  const char* format;
   const char* name;
   EventFormat value;
 };
@@ -45,16 +43,27 @@ constexpr bool is_text(std::uint8_t byte) noexcept {
   return (byte >= 0x20 && byte < 0x7F) || byte == '\t' || byte == '\r' || byte == '\n';
 }
 
-bool starts_with(Text text, Text prefix) noexcept {
-  return text.size() >= prefix.size() && Text(text.data(), prefix.size()) == prefix;
+constexpr bool is_blank(char character) noexcept {
+  return character == ' ' || character == '\t' || character == '\r' || character == '\n';
 }
+
+/// How many characters of `text` and the zero-terminated `other` are the same, from the front.
+std::size_t common_length(Text text, const char* other) noexcept {
+  std::size_t i = 0;
+  while (i < text.size() && other[i] != '\0' && text[i] == other[i]) ++i;
+  return i;
+}
+
+bool starts_with(Text text, const char* prefix) noexcept { return prefix[common_length(text, prefix)] == '\0'; }
+bool is_front_of(Text text, const char* whole) noexcept { return common_length(text, whole) == text.size(); }
+bool equals(Text text, const char* other) noexcept { return starts_with(text, other) && is_front_of(text, other); }
 
 /// Cuts the part before `separator`, or all of it, from the front of *text.
 Text take_until(Text* text, char separator) noexcept {
-  const std::size_t found = text->find(separator);
-  const std::size_t size = found == Text::npos ? text->size() : found;
-  const Text part(text->data(), size);
-  text->remove_prefix(size < text->size() ? size + 1 : size);
+  std::size_t size = 0;
+  while (size < text->size() && (*text)[size] != separator) ++size;
+  const Text part = text->first(size);
+  *text = text->subspan(size + 1);
   return part;
 }
 
@@ -103,7 +112,7 @@ void StreamHead::tell_format() noexcept {
   const Text seen(reinterpret_cast<const char*>(line_), line_size_);
   for (const Magic& magic : kMagics) {
     if (starts_with(seen, magic.bytes)) return refuse(magic.name);
-    if (starts_with(magic.bytes, seen)) return;
+    if (is_front_of(seen, magic.bytes)) return;
   }
   tell_format_by_first_byte();
 }
@@ -133,36 +142,36 @@ void StreamHead::check_header_line(bool is_held, std::uint8_t byte) noexcept {
 
 void StreamHead::parse_header_line() noexcept {
   Text line(reinterpret_cast<const char*>(line_), line_size_);
-  while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.remove_suffix(1);
+  while (!line.empty() && is_blank(line[line.size() - 1])) line = line.first(line.size() - 1);
   take_until(&line, ' ');  // the '%'
   const Text key = take_until(&line, ' ');
-  if (key == "end") {
+  if (equals(key, "end")) {
     end_header();
-  } else if (key == "Data" && starts_with(line, "file")) {
+  } else if (equals(key, "Data") && starts_with(line, "file")) {
     format_name_ = "DAT";
-  } else if (key == "geometry") {
+  } else if (equals(key, "geometry")) {
     const Text width = take_until(&line, 'x');
     size_ = {parse_length(width), parse_length(line)};
-  } else if (key == "evt") {
+  } else if (equals(key, "evt")) {
     for (const RawFormat& raw : kRawFormats) {
-      if (line == raw.evt) set_format(raw.value, raw.name);
+      if (equals(line, raw.evt)) set_format(raw.value, raw.name);
     }
-  } else if (key == "format") {
+  } else if (equals(key, "format")) {
     parse_format_line(line);
   }
 }
 
 /// E.g. "EVT3;height=720;width=1280".
-void StreamHead::parse_format_line(std::string_view line) noexcept {
+void StreamHead::parse_format_line(Text line) noexcept {
   const Text name = take_until(&line, ';');
   for (const RawFormat& raw : kRawFormats) {
-    if (name == raw.format) set_format(raw.value, raw.name);
+    if (equals(name, raw.format)) set_format(raw.value, raw.name);
   }
   while (!line.empty()) {
     Text value = take_until(&line, ';');
     const Text key = take_until(&value, '=');
-    if (key == "width") size_.width = parse_length(value);
-    if (key == "height") size_.height = parse_length(value);
+    if (equals(key, "width")) size_.width = parse_length(value);
+    if (equals(key, "height")) size_.height = parse_length(value);
   }
 }
 

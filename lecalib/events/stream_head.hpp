@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <string_view>
-
 #include "lecalib/core/span.hpp"
 #include "lecalib/events/decoder.hpp"
 
@@ -46,7 +44,7 @@ class StreamHead {
   void tell_format_by_first_byte() noexcept;
   void check_header_line(bool is_held, std::uint8_t byte) noexcept;
   void parse_header_line() noexcept;
-  void parse_format_line(std::string_view line) noexcept;
+  void parse_format_line(Span<const char> line) noexcept;
   void set_format(EventFormat format, const char* name) noexcept;
   void end_header() noexcept;
   void refuse(const char* name) noexcept;

@@ -48,7 +48,7 @@ Opened open(const Bytes& bytes, SensorSize given = {}) {
 TEST_CASE("stream: a RAW header gives format and size") {
   for (const std::string header :
        {"% evt 3.0\n% geometry 640x480\n% end\n", "% format EVT3;height=480;width=640\n",
-        "% date today\r\n% evt 3.0\r\n% format EVT3;width=640;height=480\r\n% geometry 640x480\r\n% end\r\n"}) {
+        "% date today\r\n% evt 3.0 \r\n% format EVT3;width=640;height=480\r\n% geometry 640x480\r\n% end\r\n"}) {
     CAPTURE(header);
     const Bytes bytes = to_bytes(header) + evt3_bytes(kEvt3Words);
     const Opened opened = open(bytes);
