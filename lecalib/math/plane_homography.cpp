@@ -3,51 +3,27 @@
 
 #include <cmath>
 
-#include "lecalib/math/jacobi_eigen.hpp"
+#include "lecalib/math/dlt_system.hpp"
 #include "lecalib/math/so3.hpp"
 
 namespace lecalib {
 namespace {
 
-/// A'A has its own smallest eigenvalue near zero; when the second one is as small too, H is not unique.
-constexpr double kMinEigenRatio = 1e-12;
-
 /// Change of depth over the image, relative; below it the plane is fronto-parallel to rounding and f is not in H.
 constexpr double kMinPerspective = 1e-7;
 
-/// x' = scale (x - centre): isotropic normalisation to the centroid and a mean distance of sqrt(2).
-struct Normaliser {
-  Vec2 centre = Vec2::Zero();
-  double scale = 1.0;
-};
-
 template <class First, class Second>
-bool make_normaliser(Span<const PlaneLinePair> pairs, First first, Second second, Normaliser* out) {
-  Vec2 sum = Vec2::Zero();
-  for (const PlaneLinePair& pair : pairs) sum += pair.*first + pair.*second;
-  const double count = 2.0 * static_cast<double>(pairs.size());
-  out->centre = sum / count;
-  double distance = 0.0;
+bool make_normaliser(Span<const PlaneLinePair> pairs, First first, Second second, Normaliser<2>* out) {
   for (const PlaneLinePair& pair : pairs) {
-    distance += (pair.*first - out->centre).norm() + (pair.*second - out->centre).norm();
+    out->add_to_centre(pair.*first);
+    out->add_to_centre(pair.*second);
   }
-  if (!(distance > 0.0) || !std::isfinite(distance)) return false;
-  out->scale = std::sqrt(2.0) * count / distance;
-  return true;
-}
-
-Vec2 apply(const Normaliser& n, const Vec2& x) { return n.scale * (x - n.centre); }
-
-Mat3 matrix_of(const Normaliser& n) {
-  Mat3 T;
-  T << n.scale, 0.0, -n.scale * n.centre(0), 0.0, n.scale, -n.scale * n.centre(1), 0.0, 0.0, 1.0;
-  return T;
-}
-
-Mat3 inverse_of(const Normaliser& n) {
-  Mat3 T;
-  T << 1.0 / n.scale, 0.0, n.centre(0), 0.0, 1.0 / n.scale, n.centre(1), 0.0, 0.0, 1.0;
-  return T;
+  out->finish_centre();
+  for (const PlaneLinePair& pair : pairs) {
+    out->add_to_scale(pair.*first);
+    out->add_to_scale(pair.*second);
+  }
+  return out->finish_scale();
 }
 
 /// Columns b1 b2 b3 scaled so that their sum is b4: maps the canonical basis and (1, 1, 1) to the four lines.
@@ -98,22 +74,22 @@ Vec3 line_through(const Vec2& p, const Vec2& q) {
 
 bool homography_from_four_lines(const PlaneLinePair (&pairs)[4], Mat3* H) {
   const Span<const PlaneLinePair> all(pairs);
-  Normaliser model;
-  Normaliser image;
+  Normaliser<2> model;
+  Normaliser<2> image;
   if (!make_normaliser(all, &PlaneLinePair::model_p, &PlaneLinePair::model_q, &model)) return false;
   if (!make_normaliser(all, &PlaneLinePair::image_p, &PlaneLinePair::image_q, &image)) return false;
   Vec3 model_lines[4];
   Vec3 image_lines[4];
   for (int i = 0; i < 4; ++i) {
-    model_lines[i] = line_through(apply(model, pairs[i].model_p), apply(model, pairs[i].model_q));
-    image_lines[i] = line_through(apply(image, pairs[i].image_p), apply(image, pairs[i].image_q));
+    model_lines[i] = line_through(model.apply(pairs[i].model_p), model.apply(pairs[i].model_q));
+    image_lines[i] = line_through(image.apply(pairs[i].image_p), image.apply(pairs[i].image_q));
   }
   Mat3 model_basis;
   Mat3 image_basis;
   if (!projective_basis(model_lines, &model_basis) || !projective_basis(image_lines, &image_basis)) return false;
   // Lines map by inverse(H)': image_basis = inverse(H)' model_basis.
   const Mat3 normalised = (model_basis * image_basis.inverse()).transpose();
-  const Mat3 result = inverse_of(image) * normalised * matrix_of(model);
+  const Mat3 result = image.inverse() * normalised * model.matrix();
   if (!result.allFinite()) return false;
   *H = result / result.norm();
   return true;
@@ -121,26 +97,18 @@ bool homography_from_four_lines(const PlaneLinePair (&pairs)[4], Mat3* H) {
 
 bool homography_from_lines(Span<const PlaneLinePair> pairs, Mat3* H) {
   if (pairs.size() < 4) return false;
-  Normaliser model;
-  Normaliser image;
+  Normaliser<2> model;
+  Normaliser<2> image;
   if (!make_normaliser(pairs, &PlaneLinePair::model_p, &PlaneLinePair::model_q, &model)) return false;
   if (!make_normaliser(pairs, &PlaneLinePair::image_p, &PlaneLinePair::image_q, &image)) return false;
-  Eigen::Matrix<double, 9, 9> AtA = Eigen::Matrix<double, 9, 9>::Zero();
+  DltSystem<2> system;
   for (const PlaneLinePair& pair : pairs) {
-    const Vec3 l = line_through(apply(image, pair.image_p), apply(image, pair.image_q));
-    for (const Vec2& point : {pair.model_p, pair.model_q}) {
-      const Vec2 P = apply(model, point);
-      Eigen::Matrix<double, 9, 1> row;  // P (x) l, for vec(H) column by column
-      row << P(0) * l, P(1) * l, l;
-      AtA += row * row.transpose();
-    }
+    system.add(line_through(image.apply(pair.image_p), image.apply(pair.image_q)), model.apply(pair.model_p),
+               model.apply(pair.model_q));
   }
-  Eigen::Matrix<double, 9, 1> values;
-  Eigen::Matrix<double, 9, 9> vectors;
-  jacobi_eigen(AtA, &values, &vectors);
-  if (!(values(1) > kMinEigenRatio * values(8))) return false;
-  const Mat3 normalised = Eigen::Map<const Mat3>(vectors.data());
-  const Mat3 result = inverse_of(image) * normalised * matrix_of(model);
+  Mat3 normalised;
+  if (!system.solve(&normalised)) return false;
+  const Mat3 result = image.inverse() * normalised * model.matrix();
   if (!result.allFinite()) return false;
   *H = result / result.norm();
   return true;
@@ -168,6 +136,31 @@ bool focal_length_from_homography(const Mat3& H, double cx, double cy, double* f
   const FocalEquations e = focal_equations(centred(H, cx, cy));
   const Vec2 a = e.A.rowwise().sum();
   const double w = a.dot(e.c) / a.squaredNorm();
+  if (!(w > 0.0) || !std::isfinite(w)) return false;
+  *f = 1.0 / std::sqrt(w);
+  return true;
+}
+
+void add_focal_equations(const Mat3& H, Eigen::Matrix2d* AtA, Vec2* Atc) {
+  const FocalEquations e = focal_equations(H / H.leftCols<2>().norm());
+  *AtA += e.A.transpose() * e.A;
+  *Atc += e.A.transpose() * e.c;
+}
+
+bool solve_focal_lengths(const Eigen::Matrix2d& AtA, const Vec2& Atc, double* fx, double* fy) {
+  const double determinant = AtA.determinant();
+  const double trace = AtA.trace();
+  if (!(determinant > 1e-12 * trace * trace)) return false;
+  const double wx = (AtA(1, 1) * Atc(0) - AtA(0, 1) * Atc(1)) / determinant;
+  const double wy = (AtA(0, 0) * Atc(1) - AtA(1, 0) * Atc(0)) / determinant;
+  if (!(wx > 0.0 && wy > 0.0) || !std::isfinite(wx + wy)) return false;
+  *fx = 1.0 / std::sqrt(wx);
+  *fy = 1.0 / std::sqrt(wy);
+  return true;
+}
+
+bool solve_focal_length(const Eigen::Matrix2d& AtA, const Vec2& Atc, double* f) {
+  const double w = Atc.sum() / AtA.sum();  // the equations with wx = wy
   if (!(w > 0.0) || !std::isfinite(w)) return false;
   *f = 1.0 / std::sqrt(w);
   return true;

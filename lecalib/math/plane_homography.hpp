@@ -35,6 +35,15 @@ bool focal_lengths_from_homography(const Mat3& H, double cx, double cy, double* 
 /// As above with fx = fy: one unknown for two equations, hence defined for more poses and less sensitive to noise.
 bool focal_length_from_homography(const Mat3& H, double cx, double cy, double* f);
 
+/// Stacks homographies of several views of one camera: adds the two equations of H (principal point at the origin, |H|
+/// arbitrary, coordinates near one) to the normal equations A'A w = A'c for w = (1/fx^2, 1/fy^2) (Zhang 2000).
+void add_focal_equations(const Mat3& H, Eigen::Matrix2d* AtA, Vec2* Atc);
+
+/// Both focal lengths, or one for both axes, from stacked equations.
+/// @return false, outputs unchanged, where the least-squares w is not positive or not unique
+bool solve_focal_lengths(const Eigen::Matrix2d& AtA, const Vec2& Atc, double* fx, double* fy);
+bool solve_focal_length(const Eigen::Matrix2d& AtA, const Vec2& Atc, double* f);
+
 /// Pose of the plane (z = 0 of the world frame) for a known camera; distortion is left aside.
 /// @param visible a point of the plane that is in front of the camera: it picks one of the two poses with the same
 /// image

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+
+#include "lecalib/math/eigen.hpp"
+
+namespace lecalib {
+
+/// Cholesky factors of a small symmetric positive definite matrix, scaled to a unit diagonal first: parameters of any
+/// units may be mixed, and each pivot in (0, 1] tells which share of its parameter's information the parameters before
+/// it do not explain.
+template <int N>
+class Cholesky {
+ public:
+  using Matrix = Eigen::Matrix<double, N, N>;
+
+  /// Reads the lower triangle of `a`.
+  /// @return false where a diagonal element is not positive or a pivot not above `min_pivot`
+  bool factor(const Matrix& a, double min_pivot = 1e-14) {
+    for (int i = 0; i < N; ++i) {
+      if (!(a(i, i) > 0.0) || !std::isfinite(a(i, i))) return false;
+      scale_(i) = 1.0 / std::sqrt(a(i, i));
+    }
+    min_pivot_ = 1.0;
+    for (int j = 0; j < N; ++j) {
+      double pivot = 1.0;
+      for (int k = 0; k < j; ++k) pivot -= L_(j, k) * L_(j, k);
+      if (!(pivot > min_pivot)) return false;
+      if (pivot < min_pivot_) min_pivot_ = pivot;
+      L_(j, j) = std::sqrt(pivot);
+      const double inverse = 1.0 / L_(j, j);
+      for (int i = j + 1; i < N; ++i) {
+        double sum = a(i, j) * scale_(i) * scale_(j);
+        for (int k = 0; k < j; ++k) sum -= L_(i, k) * L_(j, k);
+        L_(i, j) = sum * inverse;
+      }
+    }
+    return true;
+  }
+
+  /// inverse(a) b for M right-hand sides.
+  template <int M>
+  [[nodiscard]] Eigen::Matrix<double, N, M> solve(const Eigen::Matrix<double, N, M>& b) const {
+    Eigen::Matrix<double, N, M> x;
+    for (int c = 0; c < M; ++c) {
+      for (int i = 0; i < N; ++i) {
+        double sum = b(i, c) * scale_(i);
+        for (int k = 0; k < i; ++k) sum -= L_(i, k) * x(k, c);
+        x(i, c) = sum / L_(i, i);
+      }
+      for (int i = N - 1; i >= 0; --i) {
+        double sum = x(i, c);
+        for (int k = i + 1; k < N; ++k) sum -= L_(k, i) * x(k, c);
+        x(i, c) = sum / L_(i, i);
+      }
+      for (int i = 0; i < N; ++i) x(i, c) *= scale_(i);
+    }
+    return x;
+  }
+
+  /// Smallest pivot of the last factor() that returned true.
+  [[nodiscard]] double min_pivot() const { return min_pivot_; }
+
+ private:
+  Matrix L_;  // lower triangle
+  Eigen::Matrix<double, N, 1> scale_;
+  double min_pivot_ = 0.0;
+};
+
+}  // namespace lecalib

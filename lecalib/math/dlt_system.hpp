@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+/// The linear system of the direct linear transformation from lines, for models of two or three dimensions.
+#pragma once
+
+#include <cmath>
+
+#include "lecalib/math/eigen.hpp"
+#include "lecalib/math/jacobi_eigen.hpp"
+
+namespace lecalib {
+
+/// Isotropic normalisation x' = scale (x - centre): centroid at the origin, mean distance sqrt(D). Fed in two passes.
+template <int D>
+class Normaliser {
+ public:
+  using Point = Eigen::Matrix<double, D, 1>;
+  using Matrix = Eigen::Matrix<double, D + 1, D + 1>;
+
+  void add_to_centre(const Point& x) {
+    centre_ += x;
+    ++count_;
+  }
+  void finish_centre() { centre_ /= static_cast<double>(count_); }
+  void add_to_scale(const Point& x) { distance_ += (x - centre_).norm(); }
+  /// @return false where all points coincide or one is not finite
+  bool finish_scale() {
+    if (!(distance_ > 0.0) || !std::isfinite(distance_)) return false;
+    scale_ = std::sqrt(static_cast<double>(D)) * static_cast<double>(count_) / distance_;
+    return true;
+  }
+
+  [[nodiscard]] Point apply(const Point& x) const { return scale_ * (x - centre_); }
+  [[nodiscard]] Matrix matrix() const {
+    Matrix T = Matrix::Identity();
+    T.template topLeftCorner<D, D>() *= scale_;
+    T.template topRightCorner<D, 1>() = -scale_ * centre_;
+    return T;
+  }
+  [[nodiscard]] Matrix inverse() const {
+    Matrix T = Matrix::Identity();
+    T.template topLeftCorner<D, D>() /= scale_;
+    T.template topRightCorner<D, 1>() = centre_;
+    return T;
+  }
+
+ private:
+  Point centre_ = Point::Zero();
+  double distance_ = 0.0;
+  double scale_ = 1.0;
+  int count_ = 0;
+};
+
+/// Least squares for M (3 x (D + 1)) with l . M (P, 1) = 0 for points P of model lines with image l ([Liu24] eq. 3 to
+/// 5): the eigenvector of the smallest eigenvalue of A'A. All in normalised coordinates.
+template <int D>
+class DltSystem {
+ public:
+  static constexpr int kSize = 3 * (D + 1);
+  using Point = Eigen::Matrix<double, D, 1>;
+  using Projection = Eigen::Matrix<double, 3, D + 1>;
+
+  /// Adds both points of a model line; `l` has a unit normal.
+  void add(const Vec3& l, const Point& p, const Point& q) {
+    Eigen::Matrix<double, D + 1, 2> points;
+    points << p, q, 1.0, 1.0;
+    const Mat3 ll = l * l.transpose();
+    // A row is (P, 1) (x) l, so A'A consists of 3 x 3 blocks, each a multiple of l l'.
+    for (int i = 0; i <= D; ++i) {
+      for (int j = i; j <= D; ++j) {
+        AtA_.template block<3, 3>(3 * i, 3 * j) += points.row(i).dot(points.row(j)) * ll;
+      }
+    }
+  }
+
+  /// @return false, *M unchanged, where a second direction is as good as the smallest: M is then not unique
+  bool solve(Projection* M) {
+    for (int i = 1; i <= D; ++i) {
+      for (int j = 0; j < i; ++j) AtA_.template block<3, 3>(3 * i, 3 * j) = AtA_.template block<3, 3>(3 * j, 3 * i);
+    }
+    Eigen::Matrix<double, kSize, 1> values;
+    Eigen::Matrix<double, kSize, kSize> vectors;
+    jacobi_eigen(AtA_, &values, &vectors);
+    if (!(values(1) > kMinEigenRatio * values(kSize - 1))) return false;
+    *M = Eigen::Map<const Projection>(vectors.data());
+    return true;
+  }
+
+ private:
+  /// Rounding leaves about 1e-16; what noise of 1e-3 px leaves of a degenerate direction is below 1e-12.
+  static constexpr double kMinEigenRatio = 1e-12;
+  Eigen::Matrix<double, kSize, kSize> AtA_ = Eigen::Matrix<double, kSize, kSize>::Zero();
+};
+
+}  // namespace lecalib

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/pipeline/mono_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lecalib {
+namespace {
+
+/// Lines that a view with a given pose needs to add anything to six pose parameters.
+constexpr std::size_t kMinPosedLines = 3;
+
+/// Fewer degrees of freedom than this say nothing about the scale of the residuals.
+constexpr double kMinScaleDof = 10.0;
+
+/// Spread, in sigmas, below which residuals are rounding.
+constexpr double kMinSpread = 1e-6;
+
+/// Sigma of a Gaussian over the median of its absolute value.
+constexpr double kGaussianOverMedian = 1.4826;
+
+std::size_t count_lines(const CalibrationData& data, const View& view, Span<LineMoments> moments) {
+  for (LineMoments& m : moments) m.count = 0;
+  std::size_t lines = 0;
+  for (const LinePoint& point : points_of(data, view)) {
+    if (moments[point.line].count++ == 0) ++lines;
+  }
+  return lines;
+}
+
+}  // namespace
+
+Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& options,
+                        const MonoSolverWorkspace& workspace, const MonoStart* start) {
+  phase_ = Phase::idle;
+  if (const Status status = validate(data); status != Status::ok) return status;
+  if (!(options.loss_width > 0.0) || options.refine.max_iterations <= 0 || options.max_attempts <= 0)
+    return Status::invalid_argument;
+  if (start != nullptr &&
+      (start->T_cam_world.size() != data.views.size() || !(start->camera.fx > 0.0) || !(start->camera.fy > 0.0))) {
+    return Status::invalid_argument;
+  }
+  const std::size_t views = data.views.size();
+  if (workspace.guess.views.size() < views || workspace.guess.linear.size() < views ||
+      workspace.guess.focal_lengths.size() < views || workspace.results.size() < views ||
+      workspace.guess.moments.size() < data.model.size() || workspace.guess.lines.size() < data.model.size() ||
+      workspace.residuals.size() < data.points.size() || workspace.sorted_residuals.size() < data.points.size()) {
+    return Status::capacity_exceeded;
+  }
+  data_ = data;
+  options_ = options;
+  workspace_ = workspace;
+  workspace_.guess.views = workspace.guess.views.first(views);
+  workspace_.guess.linear = workspace.guess.linear.first(views);
+  workspace_.guess.moments = workspace.guess.moments.first(data.model.size());
+  workspace_.results = workspace.results.first(views);
+  workspace_.residuals = workspace.residuals.first(data.points.size());
+  for (float& residual : workspace_.residuals) residual = 0.0F;
+  result_ = CalibrationResult();
+  attempts_ = 0;
+  guess_ = InitialGuess();
+  if (start != nullptr) {
+    take_start(*start);
+  } else {
+    guess_.init(data_, options_.guess, workspace_.guess);
+    phase_ = Phase::guess;
+  }
+  return Status::ok;
+}
+
+void MonoSolver::take_start(const MonoStart& start) {
+  for (std::size_t v = 0; v < data_.views.size(); ++v) {
+    RefineView& view = workspace_.guess.views[v];
+    view.pose = start.T_cam_world[v];
+    view.used = count_lines(data_, data_.views[v], workspace_.guess.moments) >= kMinPosedLines;
+  }
+  Camera camera = start.camera;
+  camera.width = data_.width;
+  camera.height = data_.height;
+  begin_refinement(camera);
+}
+
+void MonoSolver::begin_refinement(const Camera& camera) {
+  views_used_ = 0;
+  for (const RefineView& view : workspace_.guess.views) views_used_ += view.used ? 1 : 0;
+  const ViewGeometry geometry =
+      classify_views(data_, workspace_.guess.views, workspace_.guess.moments, workspace_.guess.lines);
+  policy_ = choose_policy(data_.width, data_.height, geometry, views_used_, options_.policy);
+  RefineOptions refine = options_.refine;
+  refine.loss = Loss::squared;
+  Camera start = camera;
+  for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
+    if (!policy_.free[i]) start.*kIntrinsics[i] = policy_.prior_mean[i];
+  }
+  refiner_.init(data_, policy_, refine, start, workspace_.guess.views, workspace_.residuals);
+  phase_ = Phase::refine;
+}
+
+Status MonoSolver::step() {
+  switch (phase_) {
+    case Phase::idle: return Status::wrong_state;
+    case Phase::guess: {
+      const Status status = guess_.step();
+      if (is_error(status)) return conclude(status);
+      if (status == Status::ok) begin_refinement(guess_.camera());
+      return Status::in_progress;
+    }
+    case Phase::refine:
+    case Phase::refine_robust: return step_refinement();
+    case Phase::done: return result_.status;
+  }
+  return Status::wrong_state;
+}
+
+Status MonoSolver::step_refinement() {
+  if (views_used_ == 0) return conclude(Status::too_few_lines);
+  const Status status = refiner_.step();
+  if (status == Status::in_progress) return status;
+  if (status != Status::ok) return conclude(status);
+  if (phase_ == Phase::refine) {
+    phase_ = Phase::refine_robust;
+    // Trusted sigmas are only ever widened, and the priors stay in proportion to them.
+    const double spread = residual_spread();
+    const double scale = options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread;
+    refiner_.set_loss(options_.loss, options_.loss_width * scale, scale);
+    return Status::in_progress;
+  }
+  return conclude(Status::ok);
+}
+
+/// Robust spread of the residuals in given sigmas: the median absolute one, scaled to a Gaussian's sigma. 1 where too
+/// few residuals remain to tell.
+double MonoSolver::residual_spread() {
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < data_.views.size(); ++v) {
+    if (!workspace_.guess.views[v].used) continue;
+    const View& view = data_.views[v];
+    for (std::size_t i = view.first; i < view.first + view.count && count < workspace_.sorted_residuals.size(); ++i) {
+      workspace_.sorted_residuals[count++] = std::abs(workspace_.residuals[i]);
+    }
+  }
+  const double dof = static_cast<double>(count) - 6.0 * static_cast<double>(views_used_);
+  if (dof < kMinScaleDof) return 1.0;
+  float* const first = workspace_.sorted_residuals.data();
+  std::nth_element(first, first + count / 2, first + count);
+  const double fitted = std::sqrt(static_cast<double>(count) / dof);  // a fit makes its residuals smaller
+  return std::max(kGaussianOverMedian * static_cast<double>(first[count / 2]) * fitted, kMinSpread);
+}
+
+/// Ends an attempt: done where it went well or no start is left, otherwise on to the next start. Of several failures
+/// the one with the smallest cost is reported.
+Status MonoSolver::conclude(Status status) {
+  const bool refined = phase_ != Phase::guess && views_used_ > 0;
+  ++attempts_;
+  CalibrationResult attempt;
+  if (refined) {
+    summarise(&attempt);
+    status = judge(status, &attempt);
+  }
+  attempt.status = status;
+  const bool first = attempts_ == 1;
+  if (first || status == Status::ok || (refined && refiner_.cost() < best_cost_)) {
+    best_cost_ = refiner_.cost();
+    result_ = attempt;
+    if (refined) summarise_views(&result_);
+  }
+  const bool own_start = guess_.rms_px() > 0.0;
+  if (status != Status::ok && refined && own_start && attempts_ < options_.max_attempts &&
+      guess_.begin_next_candidate()) {
+    phase_ = Phase::guess;
+    return Status::in_progress;
+  }
+  phase_ = Phase::done;
+  return result_.status;
+}
+
+/// Covariance and plausibility. A refinement that crawls along a valley has not failed, its parameter is undetermined.
+Status MonoSolver::judge(Status status, CalibrationResult* result) const {
+  if (status == Status::numerical_failure) {
+    // Singular equations are the arrangement's fault; only values that are not finite are arithmetic's.
+    ReducedSystem system;
+    return std::isfinite(refiner_.cost()) && !refiner_.reduced_system(&system) ? Status::degenerate_geometry : status;
+  }
+  const Status covariance = compute_covariance(refiner_, policy_, options_.covariance, views_used_, result);
+  if (covariance != Status::ok) return covariance;
+  const Status plausible = check_plausibility(data_, workspace_.guess.views, options_.plausibility, result);
+  return status == Status::ok || plausible == Status::undetermined ? plausible : status;
+}
+
+void MonoSolver::summarise(CalibrationResult* result) {
+  result->camera = refiner_.camera();
+  result->iterations = refiner_.iterations();
+  result->reason = refiner_.reason();
+  result->points = static_cast<std::uint32_t>(refiner_.points_used());
+  result->points_lost = static_cast<std::uint32_t>(refiner_.points_lost());
+  result->views_left_out = static_cast<std::uint32_t>(data_.views.size() - views_used_);
+  double squares = 0.0;
+  for (std::size_t v = 0; v < data_.views.size(); ++v) {
+    if (workspace_.guess.views[v].used) squares += squared_distances(data_.views[v]);
+  }
+  result->rms_px = std::sqrt(squares / std::max(1.0, static_cast<double>(result->points)));
+}
+
+void MonoSolver::summarise_views(CalibrationResult* result) {
+  result->views = workspace_.results;
+  for (std::size_t v = 0; v < data_.views.size(); ++v) {
+    const View& span = data_.views[v];
+    const RefineView& view = workspace_.guess.views[v];
+    const double rms_px = view.used ? std::sqrt(squared_distances(span) / std::max(1.0, 1.0 * span.count)) : 0.0;
+    const std::size_t lines = count_lines(data_, span, workspace_.guess.moments);
+    workspace_.results[v] = {view.used ? view.pose : Pose(), rms_px, static_cast<std::uint32_t>(lines), span.count,
+                             view.used};
+  }
+}
+
+/// Sum of a view's squared distances, px^2.
+double MonoSolver::squared_distances(const View& view) const {
+  double squares = 0.0;
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    const double distance_px = static_cast<double>(workspace_.residuals[i]) * data_.points[i].sigma_px;
+    squares += distance_px * distance_px;
+  }
+  return squares;
+}
+
+}  // namespace lecalib

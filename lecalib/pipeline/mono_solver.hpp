@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+/// From measured points on model lines to a calibrated camera: initial guess, refinement, covariance, verdict.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "lecalib/core/arena.hpp"
+#include "lecalib/core/records.hpp"
+#include "lecalib/core/span.hpp"
+#include "lecalib/core/status.hpp"
+#include "lecalib/solve/calibration_data.hpp"
+#include "lecalib/solve/calibration_result.hpp"
+#include "lecalib/solve/covariance.hpp"
+#include "lecalib/solve/initial_guess.hpp"
+#include "lecalib/solve/parameter_policy.hpp"
+#include "lecalib/solve/plausibility.hpp"
+#include "lecalib/solve/refine.hpp"
+
+namespace lecalib {
+
+struct MonoSolverOptions {
+  InitialGuessOptions guess;
+  PolicyOptions policy;
+  RefineOptions refine;  ///< its loss is not used: the refinement starts with squares and ends with `loss` below
+  Loss loss = Loss::huber;
+  double loss_width = 3.0;  ///< > 0; in robust sigmas of the residuals, and not below the given ones if these are trusted
+  int max_attempts = 3;     ///< > 0; starts from which the refinement is tried until one ends well
+  CovarianceOptions covariance;
+  PlausibilityOptions plausibility;
+};
+
+struct MonoSolverCapacities {
+  std::size_t views = 64;
+  std::size_t points = 8192;
+  std::size_t model_lines = 64;
+};
+
+struct MonoSolverWorkspace {
+  InitialGuessWorkspace guess;
+  Span<float> residuals;         ///< one per point, in sigmas
+  Span<float> sorted_residuals;  ///< one per point, scratch
+  Span<ViewResult> results;      ///< one per view
+};
+
+template <class Carver>
+constexpr bool carve(Carver& carver, const MonoSolverCapacities& capacities, MonoSolverWorkspace* out) {
+  return carver.carve(capacities.model_lines, &out->guess.moments) &&
+         carver.carve(capacities.model_lines, &out->guess.lines) &&
+         carver.carve(capacities.views, &out->guess.linear) &&
+         carver.carve(capacities.views, &out->guess.focal_lengths) &&
+         carver.carve(capacities.views, &out->guess.views) && carver.carve(capacities.points, &out->residuals) &&
+         carver.carve(capacities.points, &out->sorted_residuals) && carver.carve(capacities.views, &out->results);
+}
+
+constexpr std::size_t required_bytes(const MonoSolverCapacities& capacities) {
+  ArenaMeter meter;
+  MonoSolverWorkspace workspace;
+  carve(meter, capacities, &workspace);
+  return meter.peak();
+}
+
+/// A start that somebody else has found, e.g. the correspondence search.
+struct MonoStart {
+  Camera camera;
+  Span<const Pose> T_cam_world;  ///< one per view; copied
+};
+
+/// State machine: init(), then step() until it no longer returns in_progress, then result().
+class MonoSolver {
+ public:
+  /// @param data  outlives the solver; its points must be grouped by view, best by line within a view
+  /// @param start may be null: the solver then finds its own
+  /// @return ok | invalid_argument | too_few_lines | capacity_exceeded (data larger than the workspace)
+  Status init(const CalibrationData& data, const MonoSolverOptions& options, const MonoSolverWorkspace& workspace,
+              const MonoStart* start = nullptr);
+
+  /// Bounded work: the linear solution of one view, one comparison of candidates, or one iteration of the refinement.
+  /// @return in_progress | ok (result() is usable) | wrong_state (no init) | and, final, with result().status the same:
+  /// too_few_lines, degenerate_geometry, not_converged, implausible_result, undetermined, numerical_failure
+  Status step();
+
+  /// Final when step() has returned something else than in_progress; its spans live in the workspace.
+  [[nodiscard]] const CalibrationResult& result() const { return result_; }
+
+  /// Residual of each point at the end, in its own sigmas.
+  [[nodiscard]] Span<const float> residuals() const { return workspace_.residuals; }
+
+ private:
+  enum class Phase : std::uint8_t { idle, guess, refine, refine_robust, done };
+
+  void take_start(const MonoStart& start);
+  void begin_refinement(const Camera& camera);
+  Status step_refinement();
+  double residual_spread();
+  Status conclude(Status status);
+  Status judge(Status status, CalibrationResult* result) const;
+  void summarise(CalibrationResult* result);
+  void summarise_views(CalibrationResult* result);
+  [[nodiscard]] double squared_distances(const View& view) const;
+
+  CalibrationData data_;
+  MonoSolverOptions options_;
+  MonoSolverWorkspace workspace_;
+  ParameterPolicy policy_;
+  InitialGuess guess_;
+  Refiner refiner_;
+  CalibrationResult result_;
+  double best_cost_ = 0.0;
+  std::size_t views_used_ = 0;
+  int attempts_ = 0;
+  Phase phase_ = Phase::idle;
+};
+
+}  // namespace lecalib

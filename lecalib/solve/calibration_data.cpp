@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/solve/calibration_data.hpp"
+
+#include <cmath>
+
+namespace lecalib {
+namespace {
+
+bool is_usable(const ModelLine& line) {
+  double length2 = 0.0;
+  for (int k = 0; k < 3; ++k) length2 += (line.q[k] - line.p[k]) * (line.q[k] - line.p[k]);
+  return length2 > 0.0 && std::isfinite(length2);
+}
+
+bool is_usable(const LinePoint& point, std::size_t num_lines) {
+  return std::isfinite(point.u_px) && std::isfinite(point.v_px) && point.sigma_px > 0.0 &&
+         std::isfinite(point.sigma_px) && point.line < num_lines;
+}
+
+}  // namespace
+
+Status validate(const CalibrationData& data) {
+  if (data.width < 2 || data.height < 2) return Status::invalid_argument;
+  if (data.model.empty() || data.views.empty() || data.points.empty()) return Status::too_few_lines;
+  for (const ModelLine& line : data.model) {
+    if (!is_usable(line)) return Status::invalid_argument;
+  }
+  for (const LinePoint& point : data.points) {
+    if (!is_usable(point, data.model.size())) return Status::invalid_argument;
+  }
+  for (const View& view : data.views) {
+    if (view.first > data.points.size() || view.count > data.points.size() - view.first)
+      return Status::invalid_argument;
+  }
+  return Status::ok;
+}
+
+}  // namespace lecalib

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/solve/covariance.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lecalib/math/cholesky.hpp"
+#include "lecalib/math/jacobi_eigen.hpp"
+
+namespace lecalib {
+namespace {
+
+using Mat9 = Eigen::Matrix<double, 9, 9>;
+using RowMat9 = Eigen::Matrix<double, 9, 9, Eigen::RowMajor>;
+
+/// Weight of the given sigmas, as so many further measurements, where the residuals set the scale: with hardly any
+/// redundancy small residuals prove nothing.
+constexpr double kGivenSigmaDof = 1.0;
+
+/// Largest over smallest eigenvalue with a unit diagonal: held parameters (identity rows) count as 1 and do not matter.
+double condition_of(const Mat9& information) {
+  const Vec9 scale = information.diagonal().cwiseSqrt().cwiseInverse();
+  const Mat9 scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  Vec9 values;
+  Mat9 vectors;
+  jacobi_eigen(scaled, &values, &vectors);
+  return values(0) > 0.0 ? values(8) / values(0) : 1e300;
+}
+
+/// The first intrinsic whose information vanishes given those before it.
+std::uint8_t undetermined_parameter(const Mat9& information) {
+  for (Eigen::Index i = 0; i < 9; ++i) {
+    if (!(information(i, i) > 0.0)) return static_cast<std::uint8_t>(i);
+  }
+  Vec9 values;
+  Mat9 vectors;
+  const Vec9 scale = information.diagonal().cwiseSqrt().cwiseInverse();
+  jacobi_eigen(Mat9(scale.asDiagonal() * information * scale.asDiagonal()), &values, &vectors);
+  Eigen::Index largest = 0;
+  vectors.col(0).cwiseAbs().maxCoeff(&largest);
+  return static_cast<std::uint8_t>(largest);
+}
+
+}  // namespace
+
+Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy, const CovarianceOptions& options,
+                          std::size_t num_views_used, CalibrationResult* result) {
+  ReducedSystem system;
+  if (!refiner.reduced_system(&system)) return Status::degenerate_geometry;
+  Cholesky<9> factor;
+  if (!factor.factor(system.matrix)) {
+    result->parameter = undetermined_parameter(system.matrix);
+    return Status::degenerate_geometry;
+  }
+  int unknowns = 6 * static_cast<int>(num_views_used);
+  for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
+    if (policy.free[i] && !(policy.prior_sd[i] > 0.0)) ++unknowns;  // a prior brings a measurement of its own
+  }
+  const double dof = std::max(1.0, static_cast<double>(refiner.points_used()) - unknowns);
+  result->chi2_per_dof = refiner.cost() / dof;
+  const double estimated = (refiner.cost() + kGivenSigmaDof) / (dof + kGivenSigmaDof);
+  const double scale = options.trust_sigma ? std::max(1.0, result->chi2_per_dof) : estimated;
+
+  Mat9 covariance = factor.solve(Mat9(Mat9::Identity()));
+  for (Eigen::Index i = 0; i < 9; ++i) {
+    if (policy.free[i]) continue;
+    covariance.row(i).setZero();
+    covariance.col(i).setZero();
+  }
+  for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const double sigma = std::sqrt(scale * covariance(k, k));
+    const bool rests_on_prior = policy.prior_sd[i] > 0.0 && sigma > options.assumed_share * policy.prior_sd[i];
+    result->assumed[i] = !policy.free[i] || policy.assumed[i] || rests_on_prior;
+    result->sigma[i] = sigma;
+  }
+  Eigen::Map<RowMat9>(result->covariance) = scale * covariance;
+  result->condition = condition_of(system.matrix);
+  return Status::ok;
+}
+
+}  // namespace lecalib

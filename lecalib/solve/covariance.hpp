@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "lecalib/solve/calibration_result.hpp"
+#include "lecalib/solve/refine.hpp"
+
+namespace lecalib {
+
+struct CovarianceOptions {
+  /// true: the given sigmas are true, and only worse residuals than they explain widen the covariance (factor
+  /// max(1, chi2/dof)). false: only their ratios are, and the residuals set the scale (factor chi2/dof).
+  bool trust_sigma = true;
+  /// A parameter whose sigma is above this share of its prior's is listed as assumed. (0, 1]
+  double assumed_share = 0.5;
+};
+
+/// Fills sigma, covariance, assumed, chi2_per_dof and condition from a converged refinement: the inverse of the Schur
+/// complement of the poses, priors included.
+/// @return ok | degenerate_geometry (a view's pose or an intrinsic without prior is not determined at all; *result has
+/// `parameter` set where it is an intrinsic, and is otherwise unchanged)
+Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy, const CovarianceOptions& options,
+                          std::size_t num_views_used, CalibrationResult* result);
+
+}  // namespace lecalib

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: MIT
+/// Normal equations of residuals r_i with intrinsics a (9) and the pose p_v (6) of view v:
+///
+///     [ B    E_1'  E_2' ... ] [ da   ]   [ g   ]         B = sum J_a' w J_a      E_v = sum J_p' w J_a
+///     [ E_1  C_1            ] [ dp_1 ] = [ h_1 ]       C_v = sum J_p' w J_p
+///     [ E_2       C_2       ] [ dp_2 ]   [ h_2 ]         g = -sum J_a' w r       h_v = -sum J_p' w r
+///
+/// Each C_v is 6 x 6 and eliminated by itself: S = B - sum E_v' inv(C_v) E_v. Damping follows Marquardt (lambda times
+/// the diagonal) with Nielsen's update of lambda.
+#include "lecalib/solve/refine.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lecalib/math/cholesky.hpp"
+#include "lecalib/math/line_projection.hpp"
+#include "lecalib/math/so3.hpp"
+
+namespace lecalib {
+namespace {
+
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+using Mat69 = Eigen::Matrix<double, 6, 9>;
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+
+constexpr double kInitialDamping = 1e-4;
+constexpr double kMaxDamping = 1e10;
+/// Below it a step is nearly Gauss-Newton's, so that a small predicted decrease means convergence and not mere caution.
+constexpr double kTrustedDamping = 1e-2;
+constexpr double kMinDamping = 1e-15;
+/// A pivot below this share of its diagonal: the six pose parameters are not independent (all lines parallel, or all
+/// through one point).
+constexpr double kMinPosePivot = 1e-11;
+
+Mat6 pose_block_of(const RefineView& view) { return Eigen::Map<const Mat6>(view.pose_block); }
+Mat69 cross_block_of(const RefineView& view) { return Eigen::Map<const Mat69>(view.cross_block); }
+Vec6 pose_gradient_of(const RefineView& view) { return Eigen::Map<const Vec6>(view.pose_gradient); }
+
+}  // namespace
+
+const char* to_string(StopReason reason) noexcept {
+  switch (reason) {
+    case StopReason::none: return "none";
+    case StopReason::small_decrease: return "small_decrease";
+    case StopReason::small_step: return "small_step";
+    case StopReason::no_descent: return "no_descent";
+    case StopReason::iteration_limit: return "iteration_limit";
+    case StopReason::numerical_failure: return "numerical_failure";
+  }
+  return "unknown";
+}
+
+void Refiner::init(const CalibrationData& data, const ParameterPolicy& policy, const RefineOptions& options,
+                   const Camera& camera, Span<RefineView> views, Span<float> residuals) {
+  LECALIB_ASSERT(views.size() == data.views.size() && residuals.size() >= data.points.size());
+  data_ = data;
+  policy_ = policy;
+  options_ = options;
+  views_ = views;
+  residuals_ = residuals;
+  camera_ = camera;
+  iterations_ = 0;
+  set_loss(options.loss, options.loss_width, 1.0);
+}
+
+void Refiner::set_loss(Loss loss, double width, double sigma_scale) {
+  options_.loss = loss;
+  options_.loss_width = width;
+  prior_weight_ = sigma_scale * sigma_scale;
+  damping_ = kInitialDamping;
+  damping_growth_ = 2.0;
+  linearised_ = false;
+  reason_ = StopReason::none;
+}
+
+void Refiner::linearise_view(std::size_t index, double radius_limit) {
+  const View& span = data_.views[index];
+  RefineView& view = views_[index];
+  const Mat3 R = rotation_of(view.pose);
+  const Vec3 t = translation_of(view.pose);
+  Mat6 C = Mat6::Zero();
+  Mat69 E = Mat69::Zero();
+  Vec6 h = Vec6::Zero();
+  std::uint32_t held_line = 0xFFFFFFFFU;
+  CameraLine line{};
+  for (std::size_t i = span.first; i < span.first + span.count; ++i) {
+    const LinePoint& point = data_.points[i];
+    if (point.line != held_line) {
+      held_line = point.line;
+      line = line_in_camera(R, t, data_.model[held_line]);
+    }
+    LineResidual residual;
+    ++points_used_;
+    if (!line_residual(camera_, radius_limit, line, Vec2(point.u_px, point.v_px), &residual)) {
+      ++points_lost_;
+      residuals_[i] = static_cast<float>(kLostSigmas);
+      data_cost_ += evaluate_loss(options_.loss, options_.loss_width, kLostSigmas * kLostSigmas).rho;
+      continue;
+    }
+    const double inverse_sigma = 1.0 / point.sigma_px;
+    const double r = residual.value_px * inverse_sigma;
+    const LossValue loss = evaluate_loss(options_.loss, options_.loss_width, r * r);
+    residuals_[i] = static_cast<float>(r);
+    data_cost_ += loss.rho;
+    const double gain = std::sqrt(loss.weight) * inverse_sigma;
+    const Vec9 a = gain * residual.d_intrinsics.transpose();
+    const Vec6 p = gain * residual.d_pose.transpose();
+    const double weighted = gain * residual.value_px;
+    intrinsic_gradient_ -= weighted * a;
+    h -= weighted * p;
+    for (int c = 0; c < 9; ++c) {
+      for (int k = c; k < 9; ++k) intrinsic_block_(k, c) += a(k) * a(c);
+      for (int k = 0; k < 6; ++k) E(k, c) += p(k) * a(c);
+    }
+    for (int c = 0; c < 6; ++c) {
+      for (int k = c; k < 6; ++k) C(k, c) += p(k) * p(c);
+    }
+  }
+  Eigen::Map<Mat6>(view.pose_block) = C;
+  Eigen::Map<Mat69>(view.cross_block) = E;
+  Eigen::Map<Vec6>(view.pose_gradient) = h;
+}
+
+void Refiner::add_priors() {
+  cost_ = data_cost_;
+  for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
+    if (!policy_.free[i] || !(policy_.prior_sd[i] > 0.0)) continue;
+    const auto k = static_cast<Eigen::Index>(i);
+    const double precision = prior_weight_ / (policy_.prior_sd[i] * policy_.prior_sd[i]);
+    const double error = camera_.*kIntrinsics[i] - policy_.prior_mean[i];
+    cost_ += error * error * precision;
+    intrinsic_block_(k, k) += precision;
+    intrinsic_gradient_(k) -= error * precision;
+  }
+}
+
+/// Cost, residuals and normal equations of the current state. False where they are not finite.
+bool Refiner::linearise() {
+  intrinsic_block_.setZero();
+  intrinsic_gradient_.setZero();
+  data_cost_ = 0.0;
+  points_used_ = points_lost_ = 0;
+  const double radius_limit = valid_radius(camera_);
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    if (views_[v].used) linearise_view(v, radius_limit);
+  }
+  add_priors();
+  return std::isfinite(cost_) && camera_.fx > 0.0 && camera_.fy > 0.0;
+}
+
+bool Refiner::reduce(double damping, ReducedSystem* out) const {
+  ReducedSystem system;
+  system.matrix = intrinsic_block_.selfadjointView<Eigen::Lower>();
+  system.matrix.diagonal() *= 1.0 + damping;
+  system.gradient = intrinsic_gradient_;
+  Cholesky<6> factor;
+  for (const RefineView& view : views_) {
+    if (!view.used) continue;
+    Mat6 C = pose_block_of(view);
+    C.diagonal() *= 1.0 + damping;
+    if (!factor.factor(C, kMinPosePivot)) return false;
+    const Mat69 E = cross_block_of(view);
+    const Mat69 X = factor.solve(E);
+    system.matrix -= E.transpose() * X;
+    system.gradient -= X.transpose() * pose_gradient_of(view);
+  }
+  for (Eigen::Index i = 0; i < 9; ++i) {
+    if (policy_.free[i]) continue;
+    system.matrix.row(i).setZero();
+    system.matrix.col(i).setZero();
+    system.matrix(i, i) = 1.0;
+    system.gradient(i) = 0.0;
+  }
+  *out = system;
+  return true;
+}
+
+bool Refiner::solve_damped(Vec9* delta) const {
+  ReducedSystem system;
+  Cholesky<9> factor;
+  if (!reduce(damping_, &system) || !factor.factor(system.matrix)) return false;
+  *delta = factor.solve(system.gradient);
+  return delta->allFinite();
+}
+
+/// Moves camera and poses by the damped step whose intrinsic part is `delta`.
+/// @return the decrease of the cost that the quadratic model predicts
+double Refiner::apply(const Vec9& delta, double* largest_relative_step) {
+  double predicted = delta.dot(intrinsic_gradient_ + damping_ * intrinsic_block_.diagonal().cwiseProduct(delta));
+  double largest = 0.0;
+  for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
+    const double step = delta(static_cast<Eigen::Index>(i));
+    camera_.*kIntrinsics[i] += step;
+    largest = std::max(largest, std::abs(step) / (1.0 + std::abs(camera_.*kIntrinsics[i])));
+  }
+  Cholesky<6> factor;
+  for (RefineView& view : views_) {
+    view.previous = view.pose;
+    if (!view.used) continue;
+    Mat6 C = pose_block_of(view);
+    C.diagonal() *= 1.0 + damping_;
+    if (!factor.factor(C, kMinPosePivot)) continue;  // reduce() has factored the same matrix before
+    const Vec6 gradient = pose_gradient_of(view);
+    const Vec6 step = factor.solve(Vec6(gradient - cross_block_of(view) * delta));
+    predicted += step.dot(gradient + damping_ * pose_block_of(view).diagonal().cwiseProduct(step));
+    const Mat3 turn = so3_exp(step.head<3>());
+    const Vec3 t = turn * translation_of(view.pose) + step.tail<3>();
+    view.pose = make_pose(turn * rotation_of(view.pose), t);  // drifts from SO(3) by an eps a step
+    largest = std::max({largest, step.head<3>().norm(), step.tail<3>().norm() / (t.norm() + 1e-300)});
+  }
+  *largest_relative_step = largest;
+  return predicted;
+}
+
+void Refiner::restore(const Camera& camera) {
+  camera_ = camera;
+  for (RefineView& view : views_) view.pose = view.previous;
+}
+
+Status Refiner::finish(StopReason reason, Status status) {
+  reason_ = reason;
+  return status;
+}
+
+Status Refiner::step() {
+  if (!linearised_) {
+    if (!linearise()) return finish(StopReason::numerical_failure, Status::numerical_failure);
+    linearised_ = true;
+  }
+  if (iterations_ >= options_.max_iterations) return finish(StopReason::iteration_limit, Status::not_converged);
+  ++iterations_;
+  Vec9 delta;
+  while (!solve_damped(&delta)) {
+    damping_ = std::max(10.0 * damping_, 1e-8);
+    if (damping_ > kMaxDamping) return finish(StopReason::numerical_failure, Status::numerical_failure);
+  }
+  const double cost_before = cost_;
+  const Camera camera_before = camera_;
+  double relative_step = 0.0;
+  const double predicted = apply(delta, &relative_step);
+  const bool finite = linearise();
+  const double decrease = cost_before - cost_;
+  const bool tiny_step = relative_step <= options_.step_tolerance;
+  if (finite && decrease >= 0.0) {
+    const double share = 2.0 * decrease / std::max(predicted, 1e-300) - 1.0;
+    damping_ = std::max(damping_ * std::max(1.0 / 3.0, 1.0 - share * share * share), kMinDamping);
+    damping_growth_ = 2.0;
+    if (tiny_step) return finish(StopReason::small_step, Status::ok);
+    if (damping_ < kTrustedDamping && predicted <= options_.decrease_tolerance * cost_before)
+      return finish(StopReason::small_decrease, Status::ok);
+    return Status::in_progress;
+  }
+  restore(camera_before);
+  linearise();
+  if (tiny_step) return finish(StopReason::small_step, Status::ok);
+  damping_ *= damping_growth_;
+  damping_growth_ *= 2.0;
+  if (damping_ > kMaxDamping) return finish(StopReason::no_descent, Status::ok);
+  return Status::in_progress;
+}
+
+}  // namespace lecalib

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+/// Refinement of the intrinsics and of all poses at once by Levenberg-Marquardt ([Liu24] eq. 13, with the residual in
+/// distorted pixels).
+#pragma once
+
+#include <cstdint>
+
+#include "lecalib/core/records.hpp"
+#include "lecalib/core/span.hpp"
+#include "lecalib/core/status.hpp"
+#include "lecalib/math/eigen.hpp"
+#include "lecalib/math/robust_loss.hpp"
+#include "lecalib/solve/calibration_data.hpp"
+#include "lecalib/solve/parameter_policy.hpp"
+
+namespace lecalib {
+
+/// Why a refinement stopped. Values are stable.
+enum class StopReason : std::uint8_t {
+  none = 0,            ///< not stopped yet
+  small_decrease = 1,  ///< cost - predicted cost <= decrease_tolerance * cost
+  small_step = 2,      ///< every parameter's step <= step_tolerance times its own scale
+  no_descent = 3,      ///< damping reached its limit: the cost cannot be lowered further in floating point
+  iteration_limit = 4,
+  numerical_failure = 5,
+};
+const char* to_string(StopReason reason) noexcept;
+
+struct RefineOptions {
+  Loss loss = Loss::squared;
+  double loss_width = 3.0;           ///< sigmas; where the loss leaves the square
+  int max_iterations = 100;          ///< steps tried, accepted or not; > 0
+  double decrease_tolerance = 1e-9;  ///< relative; 1e-9 of the cost is some 1e-4 sigma of the parameters
+  double step_tolerance = 1e-11;     ///< relative
+};
+
+/// One view in the making. Its pose block of the normal equations is eliminated on the spot, so time and memory are
+/// linear in the number of views.
+struct RefineView {
+  Pose pose;
+  Pose previous;            ///< where a rejected step returns to
+  double pose_block[36];    ///< J_pose' W J_pose, 6 x 6, lower triangle valid
+  double cross_block[54];   ///< J_pose' W J_intrinsics, 6 x 9, column-major
+  double pose_gradient[6];  ///< -J_pose' W r
+  bool used;                ///< false: the view has no start or too few lines, and is left out
+};
+
+/// The intrinsics' own normal equations with the poses eliminated.
+struct ReducedSystem {
+  Eigen::Matrix<double, 9, 9> matrix;  ///< Schur complement, priors included; identity rows where a parameter is held
+  Vec9 gradient;
+};
+
+/// Least squares over data and priors. Usage: init(), then step() until it no longer returns in_progress.
+class Refiner {
+ public:
+  /// Starts from `camera` and from the poses in `views`, one RefineView per view of `data` with `used` set.
+  /// @param residuals one per point: residual in sigmas of the current state (kLostSigmas for a point without a foot)
+  void init(const CalibrationData& data, const ParameterPolicy& policy, const RefineOptions& options,
+            const Camera& camera, Span<RefineView> views, Span<float> residuals);
+
+  /// One iteration: one linear solve and one pass over the points (two where the step is rejected).
+  /// @return in_progress | ok (converged) | not_converged (iteration limit) | numerical_failure (the start has no
+  /// finite cost, or the equations stay singular)
+  Status step();
+
+  /// Changes the loss and goes on from the current state; step() may be called again after it has returned ok.
+  /// @param sigma_scale true over given sigma of the points, as far as known: priors are in true units, so they count
+  /// sigma_scale^2 beside data weighted by the given sigmas. > 0
+  void set_loss(Loss loss, double width, double sigma_scale);
+
+  /// The reduced normal equations of the current state, undamped.
+  /// @return false, *out unchanged, where a view's pose is not determined by its lines
+  bool reduced_system(ReducedSystem* out) const { return reduce(0.0, out); }
+
+  [[nodiscard]] const Camera& camera() const { return camera_; }
+  [[nodiscard]] double cost() const { return cost_; }            ///< sum of rho over points, priors included
+  [[nodiscard]] double data_cost() const { return data_cost_; }  ///< without the priors
+  [[nodiscard]] int iterations() const { return iterations_; }
+  [[nodiscard]] StopReason reason() const { return reason_; }
+  [[nodiscard]] std::size_t points_used() const { return points_used_; }
+  [[nodiscard]] std::size_t points_lost() const { return points_lost_; }
+
+ private:
+  bool linearise();
+  void linearise_view(std::size_t index, double radius_limit);
+  void add_priors();
+  bool reduce(double damping, ReducedSystem* out) const;
+  bool solve_damped(Vec9* delta) const;
+  double apply(const Vec9& delta, double* largest_relative_step);
+  void restore(const Camera& camera);
+  Status finish(StopReason reason, Status status);
+
+  CalibrationData data_;
+  ParameterPolicy policy_;
+  RefineOptions options_;
+  Span<RefineView> views_;
+  Span<float> residuals_;
+  Camera camera_;
+  Eigen::Matrix<double, 9, 9> intrinsic_block_ = Eigen::Matrix<double, 9, 9>::Zero();
+  Vec9 intrinsic_gradient_ = Vec9::Zero();
+  double cost_ = 0.0;
+  double data_cost_ = 0.0;
+  double damping_ = 0.0;
+  double damping_growth_ = 2.0;
+  double prior_weight_ = 1.0;
+  std::size_t points_used_ = 0;
+  std::size_t points_lost_ = 0;
+  int iterations_ = 0;
+  bool linearised_ = false;
+  StopReason reason_ = StopReason::none;
+};
+
+/// What a point costs, in sigmas, where its line has no image inside the valid radius. Constant, so that it pulls
+/// nowhere, and high, so that no step gains by pushing lines out of the image.
+inline constexpr double kLostSigmas = 1e3;
+
+}  // namespace lecalib

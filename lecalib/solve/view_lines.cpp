@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/solve/view_lines.hpp"
+
+#include <algorithm>
+
+#include "lecalib/math/jacobi_eigen.hpp"
+
+namespace lecalib {
+namespace {
+
+/// Two points closer than this do not make a line.
+constexpr double kMinLengthPx = 1.0;
+
+/// Straightened position relative to the centre.
+Vec2 straighten(const Straightening& s, const LinePoint& point) {
+  const Vec2 x(point.u_px - s.centre_x, point.v_px - s.centre_y);
+  const double rho2 = x.squaredNorm() / (s.half_diagonal * s.half_diagonal);
+  return x / std::max(1.0 - s.mu * rho2, 0.05);
+}
+
+void fit_direction(LineMoments* m) {
+  const double n = static_cast<double>(m->count);
+  Eigen::Matrix2d scatter;
+  scatter(0, 0) = m->xx - m->x * m->x / n;
+  scatter(1, 1) = m->yy - m->y * m->y / n;
+  scatter(0, 1) = scatter(1, 0) = m->xy - m->x * m->y / n;
+  Vec2 values;
+  Eigen::Matrix2d vectors;
+  jacobi_eigen(scatter, &values, &vectors);
+  m->direction[0] = vectors(0, 1);
+  m->direction[1] = vectors(1, 1);
+  m->x /= n;
+  m->y /= n;
+}
+
+}  // namespace
+
+void fit_view_lines(const CalibrationData& data, const View& view, const Straightening& straightening,
+                    Span<LineMoments> moments, Span<ViewLine> lines, std::size_t* count) {
+  LECALIB_ASSERT(moments.size() >= data.model.size() && lines.size() >= data.model.size());
+  const Span<const LinePoint> points = points_of(data, view);
+  for (LineMoments& m : moments) m = {};
+  for (const LinePoint& point : points) {
+    const Vec2 x = straighten(straightening, point);
+    LineMoments& m = moments[point.line];
+    ++m.count;
+    m.x += x(0);
+    m.y += x(1);
+    m.xx += x(0) * x(0);
+    m.xy += x(0) * x(1);
+    m.yy += x(1) * x(1);
+  }
+  for (LineMoments& m : moments) {
+    if (m.count >= 2) fit_direction(&m);
+  }
+  for (const LinePoint& point : points) {
+    LineMoments& m = moments[point.line];
+    const Vec2 x = straighten(straightening, point);
+    const double along = (x(0) - m.x) * m.direction[0] + (x(1) - m.y) * m.direction[1];
+    m.low = std::min(m.low, along);
+    m.high = std::max(m.high, along);
+  }
+  *count = 0;
+  for (std::size_t i = 0; i < data.model.size(); ++i) {
+    const LineMoments& m = moments[i];
+    if (m.count < 2 || !(m.high - m.low > kMinLengthPx)) continue;
+    const double x = straightening.centre_x + m.x;
+    const double y = straightening.centre_y + m.y;
+    lines[(*count)++] = {{x + m.low * m.direction[0], y + m.low * m.direction[1]},
+                         {x + m.high * m.direction[0], y + m.high * m.direction[1]},
+                         static_cast<std::uint16_t>(i)};
+  }
+}
+
+}  // namespace lecalib

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/solve/visibility.hpp"
+
+#include <algorithm>
+
+#include "lecalib/math/line_projection.hpp"
+#include "lecalib/math/so3.hpp"
+
+namespace lecalib {
+namespace {
+
+/// Depth's sign of the point of `line` that is seen at m~ = (ideal, 1): X = z m~ and (X - X_p) x D = 0, so
+/// z (m~ x D) = X_p x D, the line's moment.
+bool is_in_front(const CameraLine& line, const Vec2& ideal) {
+  return line.moment.dot(Vec3(ideal(0), ideal(1), 1.0).cross(line.direction)) > 0.0;
+}
+
+}  // namespace
+
+void add_visibility(const CalibrationData& data, const View& view, const Camera& camera, const Pose& pose,
+                    Visibility* sum) {
+  const Mat3 R = rotation_of(pose);
+  const Vec3 t = translation_of(pose);
+  const double radius_limit = valid_radius(camera);
+  for (const LinePoint& point : points_of(data, view)) {
+    const Vec2 pixel(point.u_px, point.v_px);
+    const CameraLine line = line_in_camera(R, t, data.model[point.line]);
+    LineFoot foot;
+    Vec2 ideal;
+    ++sum->points;
+    if (unproject(camera, pixel, &ideal)) ++sum->inside;
+    const double cap2 = sum->cap_px * sum->cap_px;
+    if (!find_foot(camera, radius_limit, line, pixel, &foot)) {
+      sum->cost += cap2;
+      continue;
+    }
+    if (is_in_front(line, foot.ideal)) ++sum->in_front;
+    sum->cost += std::min(cap2, (foot.pixel - pixel).squaredNorm());
+  }
+}
+
+}  // namespace lecalib
