@@ -181,7 +181,8 @@ Status MonoSolver::judge(Status status, CalibrationResult* result) const {
     ReducedSystem system;
     return std::isfinite(refiner_.cost()) && !refiner_.reduced_system(&system) ? Status::degenerate_geometry : status;
   }
-  const Status covariance = compute_covariance(refiner_, policy_, options_.covariance, views_used_, result);
+  const Status covariance = compute_covariance(refiner_, policy_, options_.covariance, views_used_,
+                                               workspace_.responses.first(data_.model.size()), result);
   if (covariance != Status::ok) return covariance;
   const Status plausible = check_plausibility(data_, workspace_.guess.views, options_.plausibility, result);
   return status == Status::ok || plausible == Status::undetermined ? plausible : status;

@@ -24,8 +24,9 @@ struct MonoSolverOptions {
   PolicyOptions policy;
   RefineOptions refine;  ///< its loss is not used: the refinement starts with squares and ends with `loss` below
   Loss loss = Loss::huber;
-  double loss_width = 3.0;  ///< > 0; in robust sigmas of the residuals, and not below the given ones if these are trusted
-  int max_attempts = 3;     ///< > 0; starts from which the refinement is tried until one ends well
+  double loss_width =
+      3.0;               ///< > 0; in robust sigmas of the residuals, and not below the given ones if these are trusted
+  int max_attempts = 3;  ///< > 0; starts from which the refinement is tried until one ends well
   CovarianceOptions covariance;
   PlausibilityOptions plausibility;
 };
@@ -41,6 +42,7 @@ struct MonoSolverWorkspace {
   Span<float> residuals;         ///< one per point, in sigmas
   Span<float> sorted_residuals;  ///< one per point, scratch
   Span<ViewResult> results;      ///< one per view
+  Span<LineResponse> responses;  ///< one per model line
 };
 
 template <class Carver>
@@ -50,7 +52,8 @@ constexpr bool carve(Carver& carver, const MonoSolverCapacities& capacities, Mon
          carver.carve(capacities.views, &out->guess.linear) &&
          carver.carve(capacities.views, &out->guess.focal_lengths) &&
          carver.carve(capacities.views, &out->guess.views) && carver.carve(capacities.points, &out->residuals) &&
-         carver.carve(capacities.points, &out->sorted_residuals) && carver.carve(capacities.views, &out->results);
+         carver.carve(capacities.points, &out->sorted_residuals) && carver.carve(capacities.views, &out->results) &&
+         carver.carve(capacities.model_lines, &out->responses);
 }
 
 constexpr std::size_t required_bytes(const MonoSolverCapacities& capacities) {

@@ -44,7 +44,7 @@ std::uint8_t undetermined_parameter(const Mat9& information) {
 }  // namespace
 
 Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy, const CovarianceOptions& options,
-                          std::size_t num_views_used, CalibrationResult* result) {
+                          std::size_t num_views_used, Span<LineResponse> responses, CalibrationResult* result) {
   ReducedSystem system;
   if (!refiner.reduced_system(&system)) return Status::degenerate_geometry;
   Cholesky<9> factor;
@@ -61,7 +61,14 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
   const double estimated = (refiner.cost() + kGivenSigmaDof) / (dof + kGivenSigmaDof);
   const double scale = options.trust_sigma ? std::max(1.0, result->chi2_per_dof) : estimated;
 
-  Mat9 covariance = factor.solve(Mat9(Mat9::Identity()));
+  Mat9 covariance = scale * factor.solve(Mat9(Mat9::Identity()));
+  if (options.line_offset_px > 0.0) {
+    refiner.line_responses(responses);
+    for (const LineResponse& response : responses) {
+      const Vec9 shift = options.line_offset_px * factor.solve(Vec9(Eigen::Map<const Vec9>(response.gradient)));
+      covariance += shift * shift.transpose();
+    }
+  }
   for (Eigen::Index i = 0; i < 9; ++i) {
     if (policy.free[i]) continue;
     covariance.row(i).setZero();
@@ -69,12 +76,12 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
   }
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    const double sigma = std::sqrt(scale * covariance(k, k));
+    const double sigma = std::sqrt(covariance(k, k));
     const bool rests_on_prior = policy.prior_sd[i] > 0.0 && sigma > options.assumed_share * policy.prior_sd[i];
     result->assumed[i] = !policy.free[i] || policy.assumed[i] || rests_on_prior;
     result->sigma[i] = sigma;
   }
-  Eigen::Map<RowMat9>(result->covariance) = scale * covariance;
+  Eigen::Map<RowMat9>(result->covariance) = covariance;
   result->condition = condition_of(system.matrix);
   return Status::ok;
 }

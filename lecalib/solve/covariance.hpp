@@ -10,15 +10,21 @@ struct CovarianceOptions {
   /// true: the given sigmas are true, and only worse residuals than they explain widen the covariance (factor
   /// max(1, chi2/dof)). false: only their ratios are, and the residuals set the scale (factor chi2/dof).
   bool trust_sigma = true;
+  /// One sigma of an offset, px, that all points of a model line share in all views, besides their own errors: the
+  /// events of an edge lie towards its dark side by a few tenths of a pixel, and more views don't average that out.
+  /// 0: none; points measured in images have none.
+  double line_offset_px = 0;
   /// A parameter whose sigma is above this share of its prior's is listed as assumed. (0, 1]
   double assumed_share = 0.5;
 };
 
 /// Fills sigma, covariance, assumed, chi2_per_dof and condition from a converged refinement: the inverse of the Schur
-/// complement of the poses, priors included.
+/// complement of the poses, priors included, plus the covariance of the offsets that were not estimated (a consider
+/// covariance: S cov(offsets) S' with S the solution's answer to each of them).
+/// @param responses scratch, one per model line
 /// @return ok | degenerate_geometry (a view's pose or an intrinsic without prior is not determined at all; *result has
 /// `parameter` set where it is an intrinsic, and is otherwise unchanged)
 Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy, const CovarianceOptions& options,
-                          std::size_t num_views_used, CalibrationResult* result);
+                          std::size_t num_views_used, Span<LineResponse> responses, CalibrationResult* result);
 
 }  // namespace lecalib

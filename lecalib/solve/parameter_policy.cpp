@@ -23,7 +23,9 @@ ParameterPolicy choose_policy(std::uint16_t width, std::uint16_t height, ViewGeo
   const double share = geometry == ViewGeometry::spatial ? options.spatial_centre_sd : options.planar_centre_sd;
   set_prior(&policy, kCx, 0.5 * (width - 1), share * width);
   set_prior(&policy, kCy, 0.5 * (height - 1), share * width);
-  for (const int i : {kK1, kK2, kK3}) set_prior(&policy, i, 0.0, options.radial_sd);
+  policy.aspect_sd = options.aspect_sd;
+  set_prior(&policy, kK1, 0.0, options.radial_sd);
+  for (const int i : {kK2, kK3}) set_prior(&policy, i, 0.0, options.higher_radial_sd);
   for (const int i : {kP1, kP2}) set_prior(&policy, i, 0.0, options.tangential_sd);
   for (const int i : {kCx, kCy}) {
     policy.free[i] = options.free_centre;

@@ -5,6 +5,7 @@
 /// |-----------|------|-----------------------------------------------------------------------------------------|
 /// | fx, fy    | yes  | 0.8 +- 2 widths: only keeps a focal length that the data do not tell from running away  |
 /// | cx, cy    | yes  | image centre; 5 % of the width where all the lines seen lie in one plane, 20 % elsewhere|
+/// | fy / fx   |      | 1 +- options.aspect_sd, none by default; pixels of event sensors are square               |
 /// | k1, k2    | yes  | 0 +- 0.5: only felt where a few lines near the centre tell nothing about distortion      |
 /// | p1, p2    | from 3 views | 0 +- 0.001: a lens is centred on its sensor to about that; else held at 0       |
 /// | k3        | no   | held at 0: it mimics k2 unless points reach far out                                      |
@@ -31,6 +32,7 @@ struct ParameterPolicy {
   double prior_mean[kNumIntrinsics] = {};
   double prior_sd[kNumIntrinsics] = {};  ///< 0: no prior
   bool assumed[kNumIntrinsics] = {};     ///< rests on its prior whatever its sigma says
+  double aspect_sd = 0;                  ///< of ln(fy / fx) about 0; 0: no prior
 };
 
 /// Knobs of the default policy; the comments above give the reasons.
@@ -38,7 +40,9 @@ struct PolicyOptions {
   double planar_centre_sd = 0.05;        ///< of the width, > 0
   double spatial_centre_sd = 0.20;       ///< of the width, > 0
   double focal_sd = 2.0;                 ///< of the width, about 0.8 widths (64 degrees of view); 0: no prior
-  double radial_sd = 0.5;                ///< of k1, k2 and, where free, k3; 0: no prior
+  double aspect_sd = 0;                  ///< of ln(fy / fx); 0: no prior
+  double radial_sd = 0.5;                ///< of k1; 0: no prior
+  double higher_radial_sd = 0.5;         ///< of k2 and, where free, k3; 0: no prior
   double tangential_sd = 1e-3;           ///< of p1 and p2; 0: both held at 0
   std::size_t min_tangential_views = 3;  ///< with fewer views p1 and p2 are held at 0
   bool free_k3 = false;

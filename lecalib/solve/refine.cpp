@@ -13,14 +13,12 @@
 #include <cmath>
 
 #include "lecalib/math/cholesky.hpp"
-#include "lecalib/math/line_projection.hpp"
 #include "lecalib/math/so3.hpp"
 
 namespace lecalib {
 namespace {
 
 using Mat6 = Eigen::Matrix<double, 6, 6>;
-using Mat69 = Eigen::Matrix<double, 6, 9>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kInitialDamping = 1e-4;
@@ -132,6 +130,22 @@ void Refiner::add_priors() {
     intrinsic_block_(k, k) += precision;
     intrinsic_gradient_(k) -= error * precision;
   }
+  if (policy_.aspect_sd > 0.0) add_aspect_prior();
+}
+
+/// Residual ln(fy / fx), linear to first order around a ratio of 1.
+void Refiner::add_aspect_prior() {
+  if (!policy_.free[0] || !policy_.free[1]) return;
+  const double precision = prior_weight_ / (policy_.aspect_sd * policy_.aspect_sd);
+  const double mean = 0.5 * (camera_.fx + camera_.fy);
+  const double error = (camera_.fy - camera_.fx) / mean;
+  cost_ += error * error * precision;
+  const double slope = precision / (mean * mean);
+  intrinsic_block_(0, 0) += slope;
+  intrinsic_block_(1, 1) += slope;
+  intrinsic_block_(1, 0) -= slope;
+  intrinsic_gradient_(0) += error * precision / mean;
+  intrinsic_gradient_(1) -= error * precision / mean;
 }
 
 /// Cost, residuals and normal equations of the current state. False where they are not finite.
@@ -173,6 +187,43 @@ bool Refiner::reduce(double damping, ReducedSystem* out) const {
   }
   *out = system;
   return true;
+}
+
+/// Adds what the points [first, last), all of one line in one view, contribute.
+/// @param eliminated inv(C) E of the view
+void Refiner::add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double radius_limit,
+                                const Mat69& eliminated, LineResponse* response) const {
+  Eigen::Map<Vec9> gradient(response->gradient);
+  for (std::size_t i = first; i < last; ++i) {
+    const LinePoint& point = data_.points[i];
+    LineResidual residual;
+    if (!line_residual(camera_, radius_limit, line, Vec2(point.u_px, point.v_px), &residual)) continue;
+    const double inverse_sigma = 1.0 / point.sigma_px;
+    const double r = residual.value_px * inverse_sigma;
+    const double weight =
+        evaluate_loss(options_.loss, options_.loss_width, r * r).weight * inverse_sigma * inverse_sigma;
+    gradient += weight * (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
+  }
+}
+
+void Refiner::line_responses(Span<LineResponse> responses) const {
+  for (LineResponse& response : responses) response = {};
+  const double radius_limit = valid_radius(camera_);
+  Cholesky<6> factor;
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    const RefineView& view = views_[v];
+    if (!view.used || !factor.factor(pose_block_of(view), kMinPosePivot)) continue;
+    const Mat69 eliminated = factor.solve(cross_block_of(view));
+    const Mat3 R = rotation_of(view.pose);
+    const Vec3 t = translation_of(view.pose);
+    const std::size_t end = data_.views[v].first + data_.views[v].count;
+    for (std::size_t first = data_.views[v].first, last = first; first < end; first = last) {
+      const std::uint16_t line = data_.points[first].line;
+      while (last < end && data_.points[last].line == line) ++last;
+      add_line_response(first, last, line_in_camera(R, t, data_.model[line]), radius_limit, eliminated,
+                        &responses[line]);
+    }
+  }
 }
 
 bool Refiner::solve_damped(Vec9* delta) const {

@@ -9,11 +9,14 @@
 #include "lecalib/core/span.hpp"
 #include "lecalib/core/status.hpp"
 #include "lecalib/math/eigen.hpp"
+#include "lecalib/math/line_projection.hpp"
 #include "lecalib/math/robust_loss.hpp"
 #include "lecalib/solve/calibration_data.hpp"
 #include "lecalib/solve/parameter_policy.hpp"
 
 namespace lecalib {
+
+using Mat69 = Eigen::Matrix<double, 6, 9>;
 
 /// Why a refinement stopped. Values are stable.
 enum class StopReason : std::uint8_t {
@@ -51,6 +54,11 @@ struct ReducedSystem {
   Vec9 gradient;
 };
 
+/// The reduced gradient's answer, per px, to an offset common to all points of one model line.
+struct LineResponse {
+  double gradient[kNumIntrinsics];
+};
+
 /// Least squares over data and priors. Usage: init(), then step() until it no longer returns in_progress.
 class Refiner {
  public:
@@ -73,6 +81,10 @@ class Refiner {
   /// @return false, *out unchanged, where a view's pose is not determined by its lines
   bool reduced_system(ReducedSystem* out) const { return reduce(0.0, out); }
 
+  /// Answers to an offset of every model line, towards the same side of the line in all views, at the current state.
+  /// @param responses one per model line
+  void line_responses(Span<LineResponse> responses) const;
+
   [[nodiscard]] const Camera& camera() const { return camera_; }
   [[nodiscard]] double cost() const { return cost_; }            ///< sum of rho over points, priors included
   [[nodiscard]] double data_cost() const { return data_cost_; }  ///< without the priors
@@ -85,6 +97,9 @@ class Refiner {
   bool linearise();
   void linearise_view(std::size_t index, double radius_limit);
   void add_priors();
+  void add_aspect_prior();
+  void add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double radius_limit,
+                         const Mat69& eliminated, LineResponse* response) const;
   bool reduce(double damping, ReducedSystem* out) const;
   bool solve_damped(Vec9* delta) const;
   double apply(const Vec9& delta, double* largest_relative_step);

@@ -64,7 +64,7 @@ MonoSolverOptions without_priors() {
   options.policy.focal_sd = 0.0;
   options.policy.planar_centre_sd = 0.0;
   options.policy.spatial_centre_sd = 0.0;
-  options.policy.radial_sd = 0.0;
+  options.policy.radial_sd = options.policy.higher_radial_sd = 0.0;
   return options;
 }
 

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/pipeline/mono_calibrator.hpp"
+
+namespace lecalib {
+namespace {
+
+/// Steps of matcher and solver after which progress() stands half way to its end.
+constexpr float kHalfWaySteps = 200;
+
+}  // namespace
+
+const char* to_string(MonoPhase phase) noexcept {
+  switch (phase) {
+    case MonoPhase::idle: return "idle";
+    case MonoPhase::collecting: return "collecting";
+    case MonoPhase::matching: return "matching";
+    case MonoPhase::solving: return "solving";
+    case MonoPhase::done: return "done";
+    case MonoPhase::failed: return "failed";
+  }
+  return "unknown";
+}
+
+MonoSolverOptions MonoOptions::recorded_lines() {
+  MonoSolverOptions options;
+  options.policy.aspect_sd = 0.005;
+  options.policy.higher_radial_sd = 0.1;
+  options.covariance.line_offset_px = 0.5;
+  options.plausibility.max_focal_sigma = 0.03;
+  return options;
+}
+
+Status MonoCalibrator::init(Span<std::byte> memory, const Capacities& capacities, const MonoOptions& options,
+                            Span<const ModelLine> model) {
+  phase_ = MonoPhase::idle;
+  if (options.rounds < 1 || capacities.sensor_width == 0 || capacities.sensor_height == 0) {
+    return Status::invalid_argument;
+  }
+  if (model.size() < 4) return Status::too_few_lines;
+  if (model.size() > capacities.model_lines) return Status::capacity_exceeded;
+  Arena arena(memory);
+  if (!carve(arena, capacities, &workspace_)) return Status::buffer_too_small;
+
+  capacities_ = capacities;
+  options_ = options;
+  options_.noise.width = options_.detector.cloud.width = options_.matcher.width = capacities.sensor_width;
+  options_.noise.height = options_.detector.cloud.height = options_.matcher.height = capacities.sensor_height;
+  model_ = model;
+  window_length_us_ = options.window.first_us;
+  WindowOptions window;
+  window.length_us = window_length_us_;
+  if (const Status status = builder_.init(window, workspace_.events); status != Status::ok) return status;
+  workspace_.bank.clear();
+  stats_ = {};
+  num_views_ = 0;
+  steps_ = 0;
+  round_ = 0;
+  has_window_ = false;
+  finishing_ = false;
+  verdict_ = Status::in_progress;
+  phase_ = MonoPhase::collecting;
+  return Status::ok;
+}
+
+Status MonoCalibrator::push(Span<const Event>* events) {
+  if (phase_ != MonoPhase::collecting || finishing_) return Status::wrong_state;
+  if (has_window_) return Status::in_progress;
+  const Status status = builder_.push(events, &window_);
+  if (status == Status::need_more_data) return Status::ok;
+  if (status != Status::ok) return status;
+  has_window_ = true;
+  return Status::in_progress;
+}
+
+Status MonoCalibrator::finish() {
+  if (phase_ != MonoPhase::collecting) return Status::wrong_state;
+  finishing_ = true;
+  return Status::ok;
+}
+
+Status MonoCalibrator::step() {
+  switch (phase_) {
+    case MonoPhase::collecting:
+      if (has_window_) return detect();
+      if (!finishing_) return Status::need_more_data;
+      if (builder_.finish(&window_) == Status::ok) return detect();
+      return begin_matching();
+    case MonoPhase::matching:
+    case MonoPhase::solving: ++steps_; return advance(phase_ == MonoPhase::matching ? matcher_.step() : solver_.step());
+    case MonoPhase::idle:
+    case MonoPhase::done:
+    case MonoPhase::failed: break;
+  }
+  return verdict_;
+}
+
+/// window -> lines -> bank, and the length of the next window.
+Status MonoCalibrator::detect() {
+  has_window_ = false;
+  EventWindow window;
+  Status status = filter_noise(window_, options_.noise, &workspace_.noise, workspace_.events, &window, &stats_.noise);
+  if (status != Status::ok) return fail(status);
+  DetectorStats detected;
+  std::size_t count = 0;
+  status = detect_lines(window, options_.detector, &workspace_.detector, workspace_.lines, &count, &detected);
+  if (status != Status::ok) return fail(status);
+
+  const Span<const EventLine> lines = {workspace_.lines.data(), count};
+  workspace_.bank.add({window.begin_us, window.end_us, lines});
+  stats_.windows = builder_.stats();
+  stats_.lines += count;
+  stats_.lines_dropped += detected.lines_dropped;
+  for (std::size_t i = 0; i < kNumDetectorStages; ++i) stats_.stage_ns[i] += detected.stage_ns[i];
+  window_length_us_ = next_window_length(options_.window, window_length_us_, lines, workspace_.travel);
+  status = builder_.set_length_us(window_length_us_);
+  return status == Status::ok ? Status::in_progress : fail(status);
+}
+
+Status MonoCalibrator::begin_matching() {
+  const Span<const LineWindow> windows = workspace_.bank.windows();
+  stats_.windows_kept = static_cast<std::uint32_t>(windows.size());
+  Arena arena(
+      {reinterpret_cast<std::byte*>(workspace_.matcher.data()), workspace_.matcher.size() * sizeof(std::max_align_t)});
+  const Status status = matcher_.init(&arena, matcher_capacities(capacities_), options_.matcher, model_, windows);
+  if (status != Status::ok) return fail(status);
+  phase_ = MonoPhase::matching;
+  return Status::in_progress;
+}
+
+/// What follows a step of the matcher or the solver.
+Status MonoCalibrator::advance(Status status) {
+  if (status == Status::in_progress) return status;
+  stats_.matcher = matcher_.stats();
+  if (status != Status::ok) return fail(status);
+  if (phase_ == MonoPhase::matching) return begin_solving();
+  if (++round_ < options_.rounds) return begin_next_round();
+  phase_ = MonoPhase::done;
+  return verdict_ = Status::ok;
+}
+
+/// matches -> points -> solver, which starts from the matcher's camera and poses.
+Status MonoCalibrator::begin_solving() {
+  const Span<const WindowPoses> poses = matcher_.poses();
+  stats_.windows_matched = static_cast<std::uint32_t>(poses.size());
+  stats_.matches = static_cast<std::uint32_t>(matcher_.matches().size());
+  std::size_t num_points = 0;
+  Status status = make_view_points(options_.points, workspace_.bank.windows(), matcher_.matches(), workspace_.points,
+                                   workspace_.views, &num_points, &num_views_);
+  if (status != Status::ok) return fail(status);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    workspace_.start_poses[2 * i] = poses[i].begin;
+    workspace_.start_poses[2 * i + 1] = poses[i].end;
+  }
+  const CalibrationData data = {capacities_.sensor_width,
+                                capacities_.sensor_height,
+                                model_,
+                                {workspace_.points.data(), num_points},
+                                {workspace_.views.data(), num_views_}};
+  const MonoStart start = {matcher_.camera(), {workspace_.start_poses.data(), num_views_}};
+  status = solver_.init(data, options_.solver, workspace_.solver, &start);
+  if (status != Status::ok) return fail(status);
+  phase_ = MonoPhase::solving;
+  return Status::in_progress;
+}
+
+/// Matches anew through the camera that was just found.
+Status MonoCalibrator::begin_next_round() {
+  const CalibrationResult& result = solver_.result();
+  const Span<const WindowPoses> poses = matcher_.poses();
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const ViewResult& begin = result.views[2 * i];
+    const ViewResult& end = result.views[2 * i + 1];
+    if (begin.used && end.used) {
+      workspace_.predictions[count++] = {poses[i].window, begin.T_cam_world, end.T_cam_world};
+    }
+  }
+  const Status status = matcher_.rematch(result.camera, {workspace_.predictions.data(), count});
+  if (status != Status::ok) return fail(status);
+  phase_ = MonoPhase::matching;
+  return Status::in_progress;
+}
+
+Status MonoCalibrator::fail(Status status) {
+  phase_ = MonoPhase::failed;
+  return verdict_ = status;
+}
+
+Status MonoCalibrator::result(CalibrationResult* out) const {
+  if (phase_ == MonoPhase::done || phase_ == MonoPhase::failed) *out = solver_.result();
+  return phase_ == MonoPhase::collecting || phase_ == MonoPhase::matching || phase_ == MonoPhase::solving
+             ? Status::wrong_state
+             : verdict_;
+}
+
+float MonoCalibrator::progress() const {
+  if (phase_ == MonoPhase::done) return 1;
+  const auto steps = static_cast<float>(steps_);
+  return steps / (steps + kHalfWaySteps);
+}
+
+}  // namespace lecalib

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+/// From events to a calibrated camera: strings the stages together, in bounded pieces of work.
+///
+///     push: events -> window
+///     step: window -> noise filter -> lines -> bank
+///           bank -> matches -> points -> camera, in rounds: the next round matches through the camera of the last
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "lecalib/core/arena.hpp"
+#include "lecalib/core/records.hpp"
+#include "lecalib/core/status.hpp"
+#include "lecalib/events/noise_filter.hpp"
+#include "lecalib/events/window_builder.hpp"
+#include "lecalib/match/line_matcher.hpp"
+#include "lecalib/pipeline/capacities.hpp"
+#include "lecalib/pipeline/line_bank.hpp"
+#include "lecalib/pipeline/line_detector.hpp"
+#include "lecalib/pipeline/mono_solver.hpp"
+#include "lecalib/pipeline/view_points.hpp"
+#include "lecalib/pipeline/window_length.hpp"
+
+namespace lecalib {
+
+/// Defaults suit any sensor and object; ranges stand with the fields of each stage. Sensor sizes inside of the stages'
+/// options are set from the capacities.
+struct MonoOptions {
+  WindowLengthOptions window;
+  NoiseFilterOptions noise;
+  DetectorOptions detector;
+  LineMatcherOptions matcher;
+  ViewPointOptions points;
+  MonoSolverOptions solver = recorded_lines();
+  int rounds = 2;  ///< of matching and solving, >= 1; the second one finds matches that a rough camera missed
+
+  /// What differs from the solver's own defaults, which suit points that were measured elsewhere.
+  static MonoSolverOptions recorded_lines();
+};
+
+/// What went through and what did not.
+struct MonoStats {
+  WindowStats windows;
+  NoiseFilterStats noise;
+  std::uint64_t thinned = 0;        ///< events left out by the detector, beyond those of `windows`
+  std::uint64_t lines = 0;          ///< detected, over all windows
+  std::uint64_t lines_dropped = 0;  ///< detected, beyond the capacity of a window
+  std::uint32_t windows_kept = 0;   ///< in the bank
+  std::uint32_t windows_matched = 0;
+  std::uint32_t matches = 0;
+  std::uint64_t stage_ns[kNumDetectorStages] = {};  ///< of detection, where the options give a clock
+  LineMatcherStats matcher;
+};
+
+enum class MonoPhase : std::uint8_t { idle, collecting, matching, solving, done, failed };
+/// The phase's name. Never null.
+const char* to_string(MonoPhase phase) noexcept;
+
+/// Everything a MonoCalibrator keeps in the caller's memory.
+struct MonoWorkspace {
+  Span<Event> events;
+  LineBank bank;
+  Span<EventLine> lines;  ///< of the current window
+  Span<float> travel;
+  // Collecting and solving never run together: their parts share the same bytes.
+  NoiseFilterWorkspace noise;
+  DetectorWorkspace detector;
+  Span<std::max_align_t> matcher;
+  MonoSolverWorkspace solver;
+  Span<LinePoint> points;
+  Span<View> views;
+  Span<Pose> start_poses;
+  Span<WindowPrediction> predictions;
+};
+
+/// What the stages must hold so that the calibrator holds `capacities`.
+constexpr DetectorCapacities detector_capacities(const Capacities& c) {
+  DetectorCapacities out;
+  out.events = c.events_per_window;
+  out.lines = c.lines_per_window < kMaxLines ? c.lines_per_window : kMaxLines;
+  out.width = c.sensor_width;
+  out.height = c.sensor_height;
+  return out;
+}
+constexpr LineMatcherCapacities matcher_capacities(const Capacities& c) {
+  LineMatcherCapacities out;
+  out.windows = c.windows;
+  out.lines = c.lines_per_window;
+  out.model_lines = c.model_lines;
+  return out;
+}
+constexpr MonoSolverCapacities solver_capacities(const Capacities& c, std::size_t points_per_line) {
+  MonoSolverCapacities out;
+  out.views = 2 * std::size_t{c.windows};
+  out.points = out.views * matcher_capacities(c).matches * points_per_line;
+  out.model_lines = c.model_lines;
+  return out;
+}
+
+template <class Carver>
+constexpr bool carve(Carver& carver, const Capacities& c, MonoWorkspace* out) {
+  if (!carver.carve(c.events_per_window, &out->events) || !out->bank.carve(carver, c.windows, c.lines_per_window) ||
+      !carver.carve(c.lines_per_window, &out->lines) || !carver.carve(c.lines_per_window, &out->travel)) {
+    return false;
+  }
+  const std::size_t shared = carver.mark();
+  if (!carve(carver, NoiseFilterCapacities{c.sensor_width, c.sensor_height}, &out->noise) ||
+      !carve(carver, detector_capacities(c), &out->detector)) {
+    return false;
+  }
+  carver.rewind(shared);
+  ArenaMeter matcher;
+  LineMatcherWorkspace ignored;
+  (void)carve(matcher, matcher_capacities(c), &ignored);
+  const MonoSolverCapacities solver = solver_capacities(c, kMaxPointsPerLine);
+  return carver.carve(matcher.peak() / sizeof(std::max_align_t) + 1, &out->matcher) &&
+         carve(carver, solver, &out->solver) && carver.carve(solver.points, &out->points) &&
+         carver.carve(solver.views, &out->views) && carver.carve(solver.views, &out->start_poses) &&
+         carver.carve(c.windows, &out->predictions);
+}
+
+/// Bytes that MonoCalibrator::init() needs.
+constexpr std::size_t required_bytes(const Capacities& capacities) {
+  ArenaMeter meter;
+  MonoWorkspace workspace;
+  (void)carve(meter, capacities, &workspace);
+  return meter.peak();
+}
+
+/// Calibrates one camera. push() and step() touch the same window: call them from one thread; a sensor's interrupt
+/// fills a ring that the thread drains.
+class MonoCalibrator {
+ public:
+  /// Carves everything; nothing is carved later. A second init() starts anew.
+  /// @param memory at least required_bytes(capacities), aligned to kArenaAlign; must outlive the calibrator
+  /// @param model  must outlive the calibrator
+  /// @return ok | buffer_too_small | capacity_exceeded (model lines) | invalid_argument (options, capacities) |
+  ///         too_few_lines (fewer than 4 model lines)
+  Status init(Span<std::byte> memory, const Capacities& capacities, const MonoOptions& options,
+              Span<const ModelLine> model);
+
+  /// Takes events from the front of *events.
+  /// @return ok (all taken) | in_progress (a window is full: call step() before the rest can be pushed) | wrong_state
+  Status push(Span<const Event>* events);
+
+  /// No more events come: what is there is solved by further calls of step(). @return ok | wrong_state
+  Status finish();
+
+  /// One bounded piece of work: one window's lines, a step of the matcher or one iteration of the solver.
+  /// @return in_progress (call again) | need_more_data (push() or finish()) | ok (result() is there) | wrong_state
+  ///         (before init()) | final: why there is no result: too_few_lines (no window with lines), no_match, or what
+  ///         MonoSolver::step() gives
+  Status step();
+
+  /// The camera, and two views for each matched window, at its begin and its end.
+  /// @return ok | what the last step() returned; *out is the refused solution then, for diagnosis, where there is one
+  Status result(CalibrationResult* out) const;
+
+  /// Times of result()'s views.
+  [[nodiscard]] Span<const View> views() const { return workspace_.views.first(num_views_); }
+  [[nodiscard]] MonoPhase phase() const { return phase_; }
+  /// 0 to 1, never 1 before success. It stays at 0 while events are collected: nobody knows how many will come.
+  [[nodiscard]] float progress() const;
+  [[nodiscard]] const MonoStats& stats() const { return stats_; }
+
+ private:
+  Status detect();
+  Status begin_matching();
+  Status begin_solving();
+  Status begin_next_round();
+  Status advance(Status status);
+  Status fail(Status status);
+
+  Capacities capacities_;
+  MonoOptions options_;
+  MonoWorkspace workspace_;
+  Span<const ModelLine> model_;
+  WindowBuilder builder_;
+  LineMatcher matcher_;
+  MonoSolver solver_;
+  MonoStats stats_;
+  EventWindow window_;
+  std::int64_t window_length_us_ = 0;
+  std::size_t num_views_ = 0;
+  std::uint64_t steps_ = 0;  ///< of matcher and solver, for progress()
+  int round_ = 0;
+  bool has_window_ = false;
+  bool finishing_ = false;
+  Status verdict_ = Status::wrong_state;
+  MonoPhase phase_ = MonoPhase::idle;
+};
+
+}  // namespace lecalib

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/pipeline/mono_calibrator.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "lecalib/events/event_stream.hpp"
+#include "support/alloc_counter.hpp"
+#include "support/shared_data.hpp"
+
+using namespace lecalib;
+
+namespace {
+
+/// The visible edges of a box 0.4 x 0.3 x 0.25 m, as in the simulated recordings.
+const std::vector<ModelLine> kBox = {
+    {{0, 0, 0}, {0.4, 0, 0}},       {{0, 0, 0}, {0, 0.3, 0}},           {{0, 0, 0}, {0, 0, 0.25}},
+    {{0.4, 0, 0}, {0.4, 0, 0.25}},  {{0, 0.3, 0}, {0, 0.3, 0.25}},      {{0, 0, 0.25}, {0.4, 0, 0.25}},
+    {{0, 0, 0.25}, {0, 0.3, 0.25}}, {{0.4, 0, 0.25}, {0.4, 0.3, 0.25}}, {{0, 0.3, 0.25}, {0.4, 0.3, 0.25}}};
+
+constexpr Capacities small_capacities() {
+  Capacities c;
+  c.events_per_window = 20000;
+  c.windows = 24;
+  c.sensor_width = 346;
+  c.sensor_height = 260;
+  return c;
+}
+
+struct Memory {
+  explicit Memory(std::size_t bytes) : block(bytes / sizeof(std::max_align_t) + 1), size(bytes) {}
+  Span<std::byte> span() { return {reinterpret_cast<std::byte*>(block.data()), size}; }
+  std::vector<std::max_align_t> block;
+  std::size_t size;
+};
+
+std::vector<Event> read_events(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::vector<char> text((std::istreambuf_iterator<char>(file)), {});
+  const std::vector<std::uint8_t> bytes(text.begin(), text.end());
+  EventStreamDecoder decoder;
+  Span<const std::uint8_t> input(bytes);
+  std::vector<Event> events;
+  std::vector<Event> chunk(4096);
+  for (std::size_t count = 1; count > 0;) {
+    REQUIRE_FALSE(is_error(decoder.decode(&input, chunk, &count)));
+    events.insert(events.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(count));
+  }
+  return events;
+}
+
+/// Pushes everything and steps to the end, without touching the heap. @return what the last step() said
+Status run(MonoCalibrator* calibrator, Span<const Event> events) {
+  const test::AllocScope heap;
+  while (calibrator->push(&events) == Status::in_progress) {
+    while (calibrator->step() == Status::in_progress) {
+    }
+  }
+  const Status hungry = calibrator->step();
+  const Status finished = calibrator->finish();
+  Status status = Status::in_progress;
+  bool progress_grows = true;
+  for (float progress = 0; status == Status::in_progress; progress = calibrator->progress()) {
+    status = calibrator->step();
+    progress_grows = progress_grows && calibrator->progress() >= progress;
+  }
+  const std::size_t allocations = heap.allocations();
+  CHECK(hungry == Status::need_more_data);
+  CHECK(finished == Status::ok);
+  CHECK(progress_grows);
+  CHECK((calibrator->progress() < 1) == (status != Status::ok));
+  CHECK(allocations == 0);
+  return status;
+}
+
+/// Noise events of a sensor that looks at nothing.
+std::vector<Event> noise(std::size_t count) {
+  Rng rng(3);
+  std::vector<Event> events(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    events[i].t_us = static_cast<std::int64_t>(50 * i);
+    events[i].x = static_cast<std::uint16_t>(rng.below(346));
+    events[i].y = static_cast<std::uint16_t>(rng.below(260));
+    events[i].polarity = static_cast<std::uint8_t>(rng.below(2));
+  }
+  return events;
+}
+
+}  // namespace
+
+TEST_CASE("a mono calibrator takes the memory that required_bytes() says, and not one byte less") {
+  const Capacities c = small_capacities();
+  constexpr std::size_t bytes = required_bytes(small_capacities());
+  Memory memory(bytes);
+  MonoCalibrator calibrator;
+  CHECK(calibrator.init({memory.span().data(), bytes - 1}, c, {}, kBox) == Status::buffer_too_small);
+  CHECK(calibrator.init(memory.span(), c, {}, kBox) == Status::ok);
+}
+
+TEST_CASE("a mono calibrator refuses wrong arguments and calls out of turn") {
+  const Capacities c = small_capacities();
+  Memory memory(required_bytes(c));
+  MonoCalibrator calibrator;
+  Span<const Event> none;
+  CalibrationResult result;
+  CHECK(calibrator.push(&none) == Status::wrong_state);
+  CHECK(calibrator.step() == Status::wrong_state);
+  CHECK(calibrator.finish() == Status::wrong_state);
+  CHECK(calibrator.result(&result) == Status::wrong_state);
+
+  MonoOptions no_rounds;
+  no_rounds.rounds = 0;
+  CHECK(calibrator.init(memory.span(), c, no_rounds, kBox) == Status::invalid_argument);
+  MonoOptions no_window;
+  no_window.window.first_us = 0;
+  CHECK(calibrator.init(memory.span(), c, no_window, kBox) == Status::invalid_argument);
+  Capacities no_sensor = c;
+  no_sensor.sensor_width = 0;
+  CHECK(calibrator.init(memory.span(), no_sensor, {}, kBox) == Status::invalid_argument);
+  Capacities few_lines = c;
+  few_lines.model_lines = 8;
+  CHECK(calibrator.init(memory.span(), few_lines, {}, kBox) == Status::capacity_exceeded);
+  CHECK(calibrator.init(memory.span(), c, {}, Span<const ModelLine>(kBox).first(3)) == Status::too_few_lines);
+
+  REQUIRE(calibrator.init(memory.span(), c, {}, kBox) == Status::ok);
+  CHECK(calibrator.result(&result) == Status::wrong_state);
+  CHECK(calibrator.finish() == Status::ok);
+  CHECK(calibrator.push(&none) == Status::wrong_state);
+}
+
+TEST_CASE("without events, or with noise alone, there is a reason and no camera") {
+  const Capacities c = small_capacities();
+  Memory memory(required_bytes(c));
+  MonoCalibrator calibrator;
+  CalibrationResult result;
+  REQUIRE(calibrator.init(memory.span(), c, {}, kBox) == Status::ok);
+  CHECK(run(&calibrator, {}) == Status::too_few_lines);
+  CHECK(calibrator.result(&result) == Status::too_few_lines);
+
+  REQUIRE(calibrator.init(memory.span(), c, {}, kBox) == Status::ok);
+  CHECK(run(&calibrator, noise(20000)) == Status::no_match);
+  CHECK(calibrator.phase() == MonoPhase::failed);
+  CHECK(calibrator.progress() < 1);
+}
+
+TEST_CASE("a recording of a box calibrates its camera without a hint, without the heap, with the same bits each time") {
+  const auto data = test::shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const std::vector<Event> events = read_events(*data / "sim" / "02_box_davis346_sweep" / "events.raw");
+  REQUIRE(events.size() == 574933);
+  Capacities c = small_capacities();
+  c.windows = 64;
+  Memory memory(required_bytes(c));
+  CalibrationResult first;
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    std::memset(memory.span().data(), repeat == 0 ? 0x00 : 0xA5, memory.span().size());
+    MonoCalibrator calibrator;
+    REQUIRE(calibrator.init(memory.span(), c, {}, kBox) == Status::ok);
+    REQUIRE(run(&calibrator, events) == Status::ok);
+    CalibrationResult result;
+    REQUIRE(calibrator.result(&result) == Status::ok);
+    // truth.json: fx 300.88, fy 300.86, cx 189.64, cy 132.88. 2 % and 4 sigma.
+    const double truth[4] = {300.876, 300.855, 189.642, 132.878};
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double error = std::abs(result.camera.*kIntrinsics[i] - truth[i]);
+      CHECK(error < 4 * result.sigma[i]);
+      CHECK(error < 0.02 * 346);
+    }
+    CHECK(calibrator.views().size() == result.views.size());
+    CHECK(calibrator.stats().windows_matched >= 10);
+    if (repeat == 0) first = result;
+    for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
+      CHECK(result.camera.*kIntrinsics[i] == first.camera.*kIntrinsics[i]);
+      CHECK(result.sigma[i] == first.sigma[i]);
+    }
+  }
+}
