@@ -30,6 +30,8 @@ inline void check(const host::MaybeError& error) {
 }
 
 // The subcommands, in the order in which --help lists them: main() calls each.
+void add_calibrate(CLI::App& app);
+void add_detect(CLI::App& app);
 void add_simulate(CLI::App& app);
 void add_info(CLI::App& app);
 

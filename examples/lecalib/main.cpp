@@ -22,6 +22,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "lecalib " LECALIB_VERSION);
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
+  add_calibrate(app);
+  add_detect(app);
   add_simulate(app);
   add_info(app);
   try {

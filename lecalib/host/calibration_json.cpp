@@ -62,6 +62,7 @@ void write_view(JsonWriter* json, const ViewReport& view) {
 void write_diagnostics(JsonWriter* json, const Diagnostics& diagnostics) {
   json->begin_object();
   json->member("reason", diagnostics.reason);
+  if (!diagnostics.stopped_by.empty()) json->member("stopped_by", diagnostics.stopped_by);
   write_strings(json, "inputs", diagnostics.inputs);
   write_named(json, "counts", diagnostics.counts);
   write_named(json, "dropped", diagnostics.dropped);

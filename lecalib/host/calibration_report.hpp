@@ -4,12 +4,12 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "lecalib/core/records.hpp"
 #include "lecalib/core/status.hpp"
+#include "lecalib/solve/calibration_result.hpp"
 
 namespace lecalib::host {
 
@@ -17,10 +17,10 @@ namespace lecalib::host {
 struct CameraReport {
   std::string name = "camera";
   Camera camera;
-  std::array<double, kNumIntrinsics> sigma = {};  ///< one sigma; not a number where there is none
+  std::array<double, kNumIntrinsics> sigma = {};  ///< one sigma; 0 for an intrinsic that was held
   std::vector<double> covariance;                 ///< of the intrinsics, 9 x 9 row-major; may be empty
   double rms_px = 0;
-  std::vector<std::string> assumed;  ///< intrinsics that a prior held, or that were kept at zero
+  std::vector<std::string> assumed;  ///< intrinsics that were held, or that rest on what was assumed beforehand
 };
 
 struct ViewReport {
@@ -43,7 +43,8 @@ struct NamedNumber {
 
 /// How the answer came about, for people who doubt it.
 struct Diagnostics {
-  std::string reason;                ///< one plain sentence: why it stopped or what is wrong
+  std::string reason;                ///< one plain sentence: how the answer was reached, or why there is none
+  std::string stopped_by;            ///< which criterion ended the refinement; may be empty
   std::vector<std::string> inputs;   ///< files that were read
   std::vector<NamedCount> counts;    ///< what went through each stage, in its order
   std::vector<NamedCount> dropped;   ///< what did not, by reason
@@ -58,6 +59,19 @@ struct CalibrationReport {
   std::vector<ViewReport> views;
   Diagnostics diagnostics;
 };
+
+/// Takes over what a solver found: status, the camera and the views used (only when the status is ok), and why.
+/// @param views       the views given to the solver, for their times; as many as result.views
+/// @param view_names  their labels, or empty
+void add_result(const CalibrationResult& result, Span<const View> views, const std::vector<std::string>& view_names,
+                CalibrationReport* report);
+
+/// One plain sentence: what a status means for somebody who calibrates a camera, and what to do about it.
+/// @param parameter index of the intrinsic it is about, or kNoParameter
+std::string explanation(Status status, std::uint8_t parameter);
+
+/// The answer for people: each intrinsic with its one sigma, what was assumed, how well it fits; or why there is none.
+std::string calibration_text(const CalibrationReport& report);
 
 /// lecalib's own format: {"version": 1, "status", "cameras", "stereo", "views", "diagnostics"}. Not a number is null.
 std::string calibration_json(const CalibrationReport& report);

@@ -9,6 +9,8 @@
 #include <utility>
 #include <variant>
 
+#include "lecalib/core/status.hpp"
+
 namespace lecalib::host {
 
 /// One thing that went wrong with a file, a text or an option.
@@ -18,6 +20,7 @@ struct Error {
   std::size_t line = 0;                    ///< 1-based; 0 when the place is not a line of text
   std::size_t column = 0;                  ///< 1-based, in bytes; 0 when the whole line is meant
   std::optional<std::uint64_t> byte = {};  ///< offset in a binary file
+  Status status = Status::malformed_input;
 };
 
 /// "FILE:LINE:COLUMN: message" or "FILE: byte N: message", with the parts that are known.

@@ -149,7 +149,8 @@ Error EventFile::decode_error(Status status) const {
   const std::string expected = std::string("expected ") + cause.expected;
   if (status == Status::unsupported_format) {
     const bool is_recognised = std::string_view(format_name()) != "unknown";
-    return {expected + ", found " + (is_recognised ? format_name() : "something else"), path()};
+    return {
+        expected + ", found " + (is_recognised ? format_name() : "something else"), path(), 0, 0, std::nullopt, status};
   }
   if (cause.line == 0) return {expected, path(), 0, 0, cause.offset};
   const std::string found = quoted_line(path(), cause.line);

@@ -20,7 +20,7 @@ constexpr std::size_t kMaxTextBytes = std::size_t{64} << 20U;
 Error system_error(const std::string& path, const char* action, int code) {
   std::string reason = std::strerror(code);
   if (!reason.empty() && reason[0] >= 'A' && reason[0] <= 'Z') reason[0] = static_cast<char>(reason[0] - 'A' + 'a');
-  return {std::string("cannot ") + action + ": " + reason, path};
+  return {std::string("cannot ") + action + ": " + reason, path, 0, 0, std::nullopt, Status::io_error};
 }
 
 /// Closes a descriptor and removes the file unless keep() was called.

@@ -17,7 +17,12 @@ Result<SensorSize> parse_sensor(std::string_view text) {
       return SensorSize{static_cast<std::uint16_t>(*width), static_cast<std::uint16_t>(*height)};
     }
   }
-  return Error{"sensor size " + quoted(text) + ": expected WxH in pixels, as in 640x480"};
+  return Error{"sensor size " + quoted(text) + ": expected WxH in pixels, as in 640x480",
+               "",
+               0,
+               0,
+               std::nullopt,
+               Status::invalid_argument};
 }
 
 std::string to_string(const SensorSize& size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+/// lecalib calibrate: from lines measured elsewhere to the camera.
+#include "calibrate.hpp"
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "commands.hpp"
+#include "event_options.hpp"
+#include "lecalib/host/file_io.hpp"
+
+namespace lecalib::command {
+namespace {
+
+constexpr const char* kJsonName = "calibration.json";
+constexpr const char* kYamlName = "calibration.yaml";
+
+void check_options(const CalibrateOptions& options) {
+  if (options.observations.empty()) fail({"calibrate needs --observations FILE"});
+  if (options.model.empty() == options.target.empty()) {
+    fail({"calibrate needs either --model FILE or --target SPEC"});
+  }
+}
+
+void calibrate(const CalibrateOptions& options, host::CalibrationReport* report) {
+  const host::Model model =
+      take(options.model.empty() ? host::make_target(options.target) : host::read_model(options.model));
+  report->diagnostics.inputs.push_back(options.model.empty() ? options.target : options.model);
+  calibrate_observations(options, model, report);
+}
+
+/// The folder holds one answer: a failure takes the place of what an earlier run left there.
+void write_results(const std::string& folder, const host::CalibrationReport& report) {
+  const std::string yaml_path = folder + "/" + kYamlName;
+  if (report.status == Status::ok) {
+    check(host::write_file(yaml_path, calibration_opencv_yaml(report)));
+  } else {
+    std::error_code ignored;
+    std::filesystem::remove(yaml_path, ignored);
+  }
+  check(host::write_file(folder + "/" + kJsonName, calibration_json(report)));
+}
+
+void run(const CalibrateOptions& options) {
+  check_options(options);
+  if (!options.out.empty()) check(host::make_folder(options.out));
+  host::CalibrationReport report;
+  try {
+    calibrate(options, &report);
+  } catch (const Failure& failure) {
+    report.status = failure.error.status;
+    report.diagnostics.reason = to_string(failure.error);
+    if (!options.out.empty()) write_results(options.out, report);
+    throw;
+  }
+  if (!options.out.empty()) write_results(options.out, report);
+  if (report.status != Status::ok) {
+    fail({"no camera (" + std::string(to_string(report.status)) + "): " + report.diagnostics.reason});
+  }
+  std::fputs(calibration_text(report).c_str(), stdout);
+  if (!options.out.empty()) {
+    std::printf("written: %s/%s, %s/%s\n", options.out.c_str(), kJsonName, options.out.c_str(), kYamlName);
+  }
+}
+
+void add_inputs(CLI::App* command, CalibrateOptions* options) {
+  command
+      ->add_option("--observations", options->observations,
+                   "Points measured on model lines, CSV view,line,u_px,v_px[,sigma_px]")
+      ->type_name("FILE");
+  command->add_option("--model", options->model, "Lines of the object, metres, rows: x1 y1 z1 x2 y2 z2 name")
+      ->type_name("FILE");
+  command
+      ->add_option(
+          "--target", options->target,
+          "Instead of --model, metres: rectangle:WxH, box:WxHxD, checkerboard:CxR:S (inner corners, square) or "
+          "file:PATH")
+      ->type_name("SPEC");
+  add_sensor_option(command, &options->sensor);
+}
+
+}  // namespace
+
+void CalibrateOptions::apply(PolicyOptions* policy) const {
+  policy->free_k3 = free_k3;
+  policy->free_distortion = free_distortion;
+  policy->free_centre = free_centre;
+}
+
+void add_calibrate(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("calibrate", "Find a camera's focal lengths, principal point and distortion");
+  const auto options = std::make_shared<CalibrateOptions>();
+  add_inputs(command, options.get());
+  command
+      ->add_option("--out", options->out,
+                   "Folder to write calibration.json and calibration.yaml (OpenCV) to; made if missing")
+      ->type_name("DIR");
+  command->add_flag("--free-k3", options->free_k3, "Estimate k3 (r^6) too; for wide lenses seen to their rim");
+  command->add_flag("!--no-distortion", options->free_distortion, "Hold k1, k2, p1, p2 and k3 at 0");
+  command->add_flag("!--centred", options->free_centre, "Hold the principal point at the image's centre");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace lecalib::command

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+/// The options of calibrate and what it does with them.
+#pragma once
+
+#include <string>
+
+#include "lecalib/host/calibration_report.hpp"
+#include "lecalib/host/model_file.hpp"
+#include "lecalib/solve/parameter_policy.hpp"
+
+namespace lecalib::command {
+
+struct CalibrateOptions {
+  std::string observations;
+  std::string model;
+  std::string target;
+  std::string sensor;
+  std::string out;
+  bool free_k3 = false;
+  bool free_distortion = true;
+  bool free_centre = true;
+
+  /// What the options ask of the solver; the rest of the policy stays as it is.
+  void apply(PolicyOptions* policy) const;
+};
+
+/// From measured points. Fills *report also when it ends by fail().
+void calibrate_observations(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report);
+
+}  // namespace lecalib::command

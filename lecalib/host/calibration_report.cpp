@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/host/calibration_report.hpp"
+
+#include <algorithm>
+
+#include "lecalib/host/text.hpp"
+
+namespace lecalib::host {
+namespace {
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+/// Two significant digits of sigma decide how many decimals a value is worth.
+int decimals(double sigma) {
+  int count = 0;
+  for (double scaled = sigma; scaled < 10 && count < 6; scaled *= 10) ++count;
+  return count;
+}
+
+std::string padded(std::string text, std::size_t width) {
+  return std::string(width - std::min(width, text.size()), ' ') + text;
+}
+
+std::string parameter_text(const CameraReport& entry, std::size_t i) {
+  const double sigma = entry.sigma[i];
+  const double value = entry.camera.*kIntrinsics[i];
+  const int digits = sigma > 0 ? decimals(sigma) : 4;
+  const bool is_assumed =
+      std::find(entry.assumed.begin(), entry.assumed.end(), kIntrinsicNames[i]) != entry.assumed.end();
+  std::string line = "  " + std::string(kIntrinsicNames[i]) + padded(fixed(value, digits), 14);
+  if (sigma > 0) line += " +- " + fixed(sigma, digits);
+  if (i < 4) line += " px";
+  if (is_assumed) line += sigma > 0 ? " (rests on what was assumed)" : " (held)";
+  return line + "\n";
+}
+
+}  // namespace
+
+void add_result(const CalibrationResult& result, Span<const View> views, const std::vector<std::string>& view_names,
+                CalibrationReport* report) {
+  report->status = result.status;
+  Diagnostics& diagnostics = report->diagnostics;
+  diagnostics.reason = explanation(result.status, result.parameter);
+  diagnostics.counts.push_back({"views", views.size()});
+  diagnostics.counts.push_back({"views_left_out", result.views_left_out});
+  diagnostics.counts.push_back({"points", result.points});
+  diagnostics.counts.push_back({"points_lost", result.points_lost});
+  diagnostics.numbers.push_back({"rms_px", result.rms_px});
+  diagnostics.numbers.push_back({"chi2_per_dof", result.chi2_per_dof});
+  diagnostics.numbers.push_back({"condition", result.condition});
+  diagnostics.numbers.push_back({"iterations", static_cast<double>(result.iterations)});
+  diagnostics.stopped_by = to_string(result.reason);
+  if (result.status != Status::ok) return;
+
+  CameraReport camera;
+  camera.camera = result.camera;
+  std::copy(result.sigma, result.sigma + kNumIntrinsics, camera.sigma.begin());
+  camera.covariance.assign(result.covariance, result.covariance + kNumIntrinsics * kNumIntrinsics);
+  camera.rms_px = result.rms_px;
+  for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
+    if (result.assumed[i]) camera.assumed.emplace_back(kIntrinsicNames[i]);
+  }
+  report->cameras.push_back(camera);
+  for (std::size_t i = 0; i < result.views.size(); ++i) {
+    const ViewResult& view = result.views[i];
+    if (!view.used) continue;
+    const std::string label = view_names.empty() ? std::string() : view_names[i];
+    report->views.push_back({label, views[i].t_us, view.T_cam_world, view.lines, view.rms_px});
+  }
+}
+
+std::string explanation(Status status, std::uint8_t parameter) {
+  const std::string name = parameter < kNumIntrinsics ? kIntrinsicNames[parameter] : "a parameter";
+  switch (status) {
+    case Status::ok: return "the camera is determined";
+    case Status::too_few_lines:
+      return "too few lines: a view needs 4 lines of a flat model, 6 of another, and one view must have them; show all "
+             "of the "
+             "object and sweep its edges across the image";
+    case Status::degenerate_geometry:
+      return "the lines seen leave " + name +
+             " open (all parallel, through one point, or a flat object always seen at the same slant); tilt and turn "
+             "the camera "
+             "between views";
+    case Status::no_match:
+      return "the lines found could not be tied to the model; check the model's dimensions, fill the image with the "
+             "object, and "
+             "keep other straight edges out";
+    case Status::not_converged: return "the refinement did not settle; check that the names of the lines fit the model";
+    case Status::implausible_result:
+      return "the camera that fits best cannot be true" +
+             (parameter < kNumIntrinsics ? " (" + name + ")" : std::string()) +
+             "; check the model's dimensions, the names of the lines and the sensor's size";
+    case Status::undetermined:
+      return "the data leave " + name +
+             " too uncertain; record more views: tilt the object, come nearer, and reach the corners of the image";
+    case Status::numerical_failure:
+      return "the equations have no finite solution; check model and lines for gross errors";
+    default: return std::string("stopped: ") + to_string(status);
+  }
+}
+
+std::string calibration_text(const CalibrationReport& report) {
+  if (report.cameras.empty()) {
+    return std::string("no camera (") + to_string(report.status) + "): " + report.diagnostics.reason + "\n";
+  }
+  std::string text;
+  for (const CameraReport& entry : report.cameras) {
+    text += entry.name + ", " + std::to_string(entry.camera.width) + "x" + std::to_string(entry.camera.height) +
+            " px, one sigma behind +-\n";
+    for (std::size_t i = 0; i < kNumIntrinsics; ++i) text += parameter_text(entry, i);
+    text += "  rms " + fixed(entry.rms_px, 3) + " px over " + std::to_string(report.views.size()) + " views\n";
+    if (!entry.assumed.empty()) text += "  assumed: " + joined(entry.assumed) + "\n";
+  }
+  return text;
+}
+
+}  // namespace lecalib::host

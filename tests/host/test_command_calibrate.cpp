@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "lecalib/host/file_io.hpp"
+#include "lecalib/host/model_file.hpp"
+#include "lecalib/host/text.hpp"
+#include "support/run_command.hpp"
+#include "support/shared_data.hpp"
+#include "support/temporary_folder.hpp"
+
+using namespace lecalib::test;
+using namespace lecalib::host;
+
+namespace {
+
+constexpr double kFocal = 400;
+constexpr double kCentreX = 310;
+constexpr double kCentreY = 245;
+
+/// Three points on each edge of a box in each of four views of an ideal camera that turns about the box.
+std::string box_observations(const Model& box) {
+  std::string text = "view,line,u_px,v_px,sigma_px\n";
+  for (int view = 0; view < 4; ++view) {
+    const double yaw = 0.35 + 0.25 * view;
+    const double tilt = 0.4 - 0.1 * view;
+    for (std::size_t i = 0; i < box.lines.size(); ++i) {
+      for (const double s : {0.1, 0.5, 0.9}) {
+        double p[3];
+        for (int k = 0; k < 3; ++k) p[k] = box.lines[i].p[k] * (1 - s) + box.lines[i].q[k] * s - 0.15;
+        const double x = std::cos(yaw) * p[0] - std::sin(yaw) * p[2];
+        const double depth = std::sin(yaw) * p[0] + std::cos(yaw) * p[2];
+        const double y = std::cos(tilt) * p[1] - std::sin(tilt) * depth;
+        const double z = std::sin(tilt) * p[1] + std::cos(tilt) * depth + 0.9;
+        text += "v" + std::to_string(view) + "," + box.names[i] + "," + shortest(kFocal * x / z + kCentreX) + "," +
+                shortest(kFocal * y / z + kCentreY) + ",0.05\n";
+      }
+    }
+  }
+  return text;
+}
+
+nlohmann::json json_of(const std::string& path) {
+  const auto text = read_text_file(path);
+  REQUIRE(text.ok());
+  return nlohmann::json::parse(text.value());
+}
+
+}  // namespace
+
+TEST_CASE("lecalib calibrate: points without noise give the camera they came from") {
+  const TemporaryFolder folder;
+  const auto box = make_target("box:0.4x0.3x0.25");
+  REQUIRE(box.ok());
+  REQUIRE_FALSE(write_file(folder / "o.csv", box_observations(box.value())));
+  const CommandRun run = run_lecalib({"calibrate", "--observations", folder / "o.csv", "--target", "box:0.4x0.3x0.25",
+                                      "--sensor", "640x480", "--out", folder / "new/result"});
+  CHECK(run.err == "");
+  REQUIRE(run.exit_code == 0);
+  CHECK(run.out.find("fx") != std::string::npos);
+  CHECK(run.out.find(folder / "new/result/calibration.yaml") != std::string::npos);
+  const auto json = json_of(folder / "new/result/calibration.json");
+  CHECK(json["status"] == "ok");
+  const auto& camera = json["cameras"].at(0);
+  CHECK(std::abs(camera["fx"].get<double>() - kFocal) < 1e-3);
+  CHECK(std::abs(camera["fy"].get<double>() - kFocal) < 1e-3);
+  CHECK(std::abs(camera["cx"].get<double>() - kCentreX) < 1e-3);
+  CHECK(std::abs(camera["cy"].get<double>() - kCentreY) < 1e-3);
+  CHECK(camera["sigma"]["fx"].get<double>() > 0);
+  CHECK(camera["rms_px"].get<double>() < 1e-4);
+  REQUIRE(json["views"].size() == 4);
+  CHECK(json["views"][2]["name"] == "v2");
+  CHECK(json["views"][2]["lines"] == 12);
+  CHECK(json["diagnostics"]["counts"]["points"] == 4 * 12 * 3);
+}
+
+TEST_CASE("lecalib calibrate: a real chessboard agrees with its published camera") {
+  const auto data = shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const TemporaryFolder folder;
+  const std::string board = (*data / "real/gen3_chessboard").string();
+  const CommandRun run = run_lecalib({"calibrate", "--observations", board + "/observations.csv", "--model",
+                                      board + "/model.txt", "--sensor", "640x480", "--out", folder.path()});
+  REQUIRE(run.exit_code == 0);
+  const auto camera = json_of(folder / "calibration.json")["cameras"].at(0);
+  CHECK(camera["fx"].get<double>() == doctest::Approx(327.485).epsilon(0.01));
+  CHECK(camera["fy"].get<double>() == doctest::Approx(327.554).epsilon(0.01));
+  CHECK(std::abs(camera["cx"].get<double>() - 318.535) < 2);
+  CHECK(std::abs(camera["cy"].get<double>() - 230.964) < 2);
+}
+
+TEST_CASE("lecalib calibrate: contradicting options are one line") {
+  const std::vector<std::vector<std::string>> wrong = {
+      {"calibrate"},
+      {"calibrate", "--observations", "o.csv"},
+      {"calibrate", "--observations", "o.csv", "--target", "rectangle:1x1"},
+      {"calibrate", "--observations", "o.csv", "--target", "rectangle:1x1", "--model", "m.txt", "--sensor", "640x480"},
+      {"calibrate", "--observations", "o.csv", "--target", "disc:1", "--sensor", "640x480"}};
+  for (const auto& arguments : wrong) {
+    const CommandRun run = run_lecalib(arguments);
+    CHECK(run.exit_code != 0);
+    CHECK(run.err.rfind("lecalib: ", 0) == 0);
+    CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
+  }
+}
