@@ -2,6 +2,7 @@
 #include "lecalib/planes/grid_knn.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace lecalib {
 namespace {
@@ -153,16 +154,20 @@ std::size_t find_within(const EventCloud& cloud, int polarity, const Point3& que
   return count;
 }
 
-std::size_t find_neighbourhood(const EventCloud& cloud, int polarity, const Point3& query,
-                               const NeighbourhoodOptions& options, Span<Neighbour> scratch, Span<std::uint32_t> out) {
-  std::uint32_t stride = 1;
-  const std::size_t count = find_within(cloud, polarity, query, options.min_radius_px, out, &stride);
-  if (count >= options.min_count || stride > 1) return count;
-  const std::size_t k = std::min(static_cast<std::size_t>(options.min_count), out.size());
-  const Span<Neighbour> nearest = scratch.first(k);
-  const std::size_t found = find_nearest(cloud, polarity, query, options.max_radius_px, nearest);
-  for (std::size_t i = 0; i < found; ++i) out[i] = nearest[i].index;
-  return found;
+Neighbourhood find_neighbourhood(const EventCloud& cloud, int polarity, const Point3& query,
+                                 const NeighbourhoodOptions& options, Span<Neighbour> scratch,
+                                 Span<std::uint32_t> out) {
+  Neighbourhood result;
+  result.radius_px = options.min_radius_px;
+  result.count = find_within(cloud, polarity, query, options.min_radius_px, out, &result.stride);
+  if (result.count >= options.min_count || result.stride > 1) return result;
+  const Span<Neighbour> nearest = scratch.first(std::min(std::size_t{options.min_count}, out.size()));
+  result.count = find_nearest(cloud, polarity, query, options.max_radius_px, nearest);
+  for (std::size_t i = 0; i < result.count; ++i) out[i] = nearest[i].index;
+  if (result.count == 0) return result;
+  result.radius_px =
+      result.count == nearest.size() ? std::sqrt(nearest[result.count - 1].distance2) : options.max_radius_px;
+  return result;
 }
 
 }  // namespace lecalib

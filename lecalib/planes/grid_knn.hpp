@@ -40,11 +40,18 @@ struct NeighbourhoodOptions {
   std::uint32_t min_count = 16;  ///< k: where the floor holds fewer, the k nearest within max_radius_px are taken
 };
 
+/// What a neighbourhood's events stand for.
+struct Neighbourhood {
+  std::size_t count = 0;     ///< events found
+  float radius_px = 0;       ///< within which they lie
+  std::uint32_t stride = 1;  ///< each stands for so many
+};
+
 /// The neighbourhood of a point: all events within the floor radius, evenly thinned to out.size(), or the k nearest
 /// where those are fewer than k.
 /// @param scratch  [>= min_count]
-/// @return how many were found, at most out.size()
-std::size_t find_neighbourhood(const EventCloud& cloud, int polarity, const Point3& query,
-                               const NeighbourhoodOptions& options, Span<Neighbour> scratch, Span<std::uint32_t> out);
+/// @param[out] out  indices into the cloud, at most out.size()
+Neighbourhood find_neighbourhood(const EventCloud& cloud, int polarity, const Point3& query,
+                                 const NeighbourhoodOptions& options, Span<Neighbour> scratch, Span<std::uint32_t> out);
 
 }  // namespace lecalib

@@ -36,6 +36,7 @@ std::size_t fit_surface(const EventCloud& cloud, const Point3& origin, Span<cons
   for (int round = 0; round < kRounds; ++round) {
     const float band =
         round == 0 ? 0 : std::clamp(kBandThickness * std::sqrt(plane->variance[0]), kMinBandPx, kMaxBandPx[round]);
+    const float last = moments.n;
     moments = {};
     for (const std::uint32_t i : neighbours) {
       const float x = cloud.x[i] - origin.x;
@@ -44,14 +45,24 @@ std::size_t fit_surface(const EventCloud& cloud, const Point3& origin, Span<cons
       if (round > 0 && std::fabs(distance(*plane, x, y, z)) > band) continue;
       moments.add(x, y, z);
     }
+    if (round > 0 && moments.n == last) break;  // nobody left and nobody came: the plane stays
     if (moments.n < static_cast<float>(min_support) || !fit_plane(moments, plane)) return 0;
   }
   return static_cast<std::size_t>(moments.n);
 }
 
-bool is_moving_surface(const PlaneFit& plane, std::size_t support, std::size_t neighbours, const NormalOptions& o) {
+/// Noise events expected in the slab about a surface, in a neighbourhood's ball.
+float expected_noise(const EventCloud& cloud, bool on, const Neighbourhood& neighbourhood) {
+  constexpr float kPi = 3.14159265F;
+  const float per_px3 = cloud.noise_floor[on ? 1 : 0] / (cloud.depth_px * static_cast<float>(neighbourhood.stride));
+  return per_px3 * 2 * kMaxBandPx[kRounds - 1] * kPi * neighbourhood.radius_px * neighbourhood.radius_px;
+}
+
+bool is_moving_surface(const PlaneFit& plane, std::size_t support, std::size_t neighbours, float noise,
+                       const NormalOptions& o) {
   const float offset = distance(plane, 0, 0, 0);
   return static_cast<float>(support) >= o.min_support_share * static_cast<float>(neighbours) &&
+         static_cast<float>(support) >= o.min_over_noise * noise &&
          plane.variance[0] <= o.max_thickness_px * o.max_thickness_px &&
          plane.variance[0] <= o.max_flatness * plane.variance[1] && std::fabs(plane.normal.z) <= o.max_normal_z &&
          std::fabs(offset) <= o.max_offset_px;
@@ -77,15 +88,16 @@ Status estimate_normals(const EventCloud& cloud, const NormalOptions& options, S
     while (cloud.cell_start[cell + 1] <= i) ++cell;
     ++stats->queries;
     const Point3 origin{cloud.x[i], cloud.y[i], cloud.z[i]};
-    const std::size_t n = find_neighbourhood(cloud, cloud.is_on(i) ? 1 : 0, origin, options.neighbourhood,
-                                             Span<Neighbour>(scratch), neighbours);
-    if (n < options.min_support) {
+    const bool on = cloud.is_on(i);
+    const Neighbourhood near =
+        find_neighbourhood(cloud, on ? 1 : 0, origin, options.neighbourhood, Span<Neighbour>(scratch), neighbours);
+    if (near.count < options.min_support) {
       ++stats->isolated;
       continue;
     }
     PlaneFit plane{};
-    const std::size_t support = fit_surface(cloud, origin, neighbours.first(n), options.min_support, &plane);
-    if (support == 0 || !is_moving_surface(plane, support, n, options)) {
+    const std::size_t support = fit_surface(cloud, origin, neighbours.first(near.count), options.min_support, &plane);
+    if (support == 0 || !is_moving_surface(plane, support, near.count, expected_noise(cloud, on, near), options)) {
       ++stats->not_flat;
       continue;
     }

@@ -16,7 +16,9 @@ struct NormalOptions {
   /// Fewest neighbours on the surface, >= 3. Fewer are background activity.
   std::uint32_t min_support = 8;
   /// Smallest share of the neighbours on the surface, 0 to 1: noise has neighbours all around.
-  float min_support_share = 0.4F;
+  float min_support_share = 0.5F;
+  /// Support in units of what the noise floor lets expect in the same volume; less is background activity.
+  float min_over_noise = 3;
   float max_thickness_px = 1.4F;  ///< rms distance of the surface's events, px, > 0
   /// Largest ratio of the smallest to the middle variance, 0 to 1; at 1 the neighbours fill a ball.
   float max_flatness = 0.35F;
@@ -41,7 +43,7 @@ struct NormalStats {
 };
 
 /// Most neighbours that a normal is taken from; enough that its direction is limited by the surface, not by counting.
-inline constexpr std::size_t kMaxNeighbours = 192;
+inline constexpr std::size_t kMaxNeighbours = 96;
 
 /// Finds the normals of at most out.size() events, evenly spread over the cloud. Each is a total least squares plane of
 /// the neighbourhood, refined twice on the neighbours near to it, so that a second edge close by does not tilt it.

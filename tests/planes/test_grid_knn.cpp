@@ -104,7 +104,7 @@ TEST_CASE(
     "grid knn: a neighbourhood has a floor on its radius where data are dense and k events where they are sparse") {
   NeighbourhoodOptions options;
   std::vector<Neighbour> scratch(options.min_count);
-  std::vector<std::uint32_t> out(192);
+  std::vector<std::uint32_t> out(96);
   const Point3 query{50, 33, 4};
   const auto farthest = [&](const EventCloud& cloud, std::size_t n) {
     float d2 = 0;
@@ -117,18 +117,21 @@ TEST_CASE(
     return d2;
   };
   const CloudOf dense = noise_cloud(200000, 11);
-  std::size_t n = find_neighbourhood(dense.cloud, 1, query, options, scratch, out);
-  CHECK(n > 30);
-  CHECK(n <= out.size());
-  CHECK(farthest(dense.cloud, n) > 25);  // not the nearest ones only: 5 of the 6 px are reached
-  CHECK(farthest(dense.cloud, n) <= 36);
+  Neighbourhood near = find_neighbourhood(dense.cloud, 1, query, options, scratch, out);
+  CHECK(near.count > 15);
+  CHECK(near.count <= out.size());
+  CHECK(near.stride > 1);
+  CHECK(farthest(dense.cloud, near.count) > 25);  // not the nearest ones only: 5 of the 6 px are reached
+  CHECK(farthest(dense.cloud, near.count) <= 36);
+  CHECK(near.radius_px == options.min_radius_px);
   SceneOptions scene;
   scene.width = 100;
   scene.height = 70;
   scene.noise_events = 900;
   const CloudOf sparse(scene, make_events({}, scene));
-  n = find_neighbourhood(sparse.cloud, 1, query, options, scratch, out);
-  CHECK(n == std::min<std::size_t>(options.min_count, brute_force(sparse.cloud, true, query, 12).size()));
+  near = find_neighbourhood(sparse.cloud, 1, query, options, scratch, out);
+  CHECK(near.stride == 1);
+  CHECK(near.count == std::min<std::size_t>(options.min_count, brute_force(sparse.cloud, true, query, 12).size()));
 }
 
 TEST_CASE("grid knn: nothing is found in nothing") {
