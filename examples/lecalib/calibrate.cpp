@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// lecalib calibrate: from lines measured elsewhere to the camera.
+/// lecalib calibrate: from a recording, or from lines measured elsewhere, to the camera.
 #include "calibrate.hpp"
 
 #include <cstdio>
@@ -17,7 +17,9 @@ constexpr const char* kJsonName = "calibration.json";
 constexpr const char* kYamlName = "calibration.yaml";
 
 void check_options(const CalibrateOptions& options) {
-  if (options.observations.empty()) fail({"calibrate needs --observations FILE"});
+  if (options.events.empty() == options.observations.empty()) {
+    fail({"calibrate needs either EVENTS or --observations FILE"});
+  }
   if (options.model.empty() == options.target.empty()) {
     fail({"calibrate needs either --model FILE or --target SPEC"});
   }
@@ -27,7 +29,11 @@ void calibrate(const CalibrateOptions& options, host::CalibrationReport* report)
   const host::Model model =
       take(options.model.empty() ? host::make_target(options.target) : host::read_model(options.model));
   report->diagnostics.inputs.push_back(options.model.empty() ? options.target : options.model);
-  calibrate_observations(options, model, report);
+  if (options.observations.empty()) {
+    calibrate_events(options, model, report);
+  } else {
+    calibrate_observations(options, model, report);
+  }
 }
 
 /// The folder holds one answer: a failure takes the place of what an earlier run left there.
@@ -66,8 +72,11 @@ void run(const CalibrateOptions& options) {
 
 void add_inputs(CLI::App* command, CalibrateOptions* options) {
   command
+      ->add_option("EVENTS", options->events, "Recordings of one camera: Prophesee RAW (EVT2, EVT3) or text (t x y p)")
+      ->type_name("");
+  command
       ->add_option("--observations", options->observations,
-                   "Points measured on model lines, CSV view,line,u_px,v_px[,sigma_px]")
+                   "Instead of EVENTS: points measured on model lines, CSV view,line,u_px,v_px[,sigma_px]")
       ->type_name("FILE");
   command->add_option("--model", options->model, "Lines of the object, metres, rows: x1 y1 z1 x2 y2 z2 name")
       ->type_name("FILE");
@@ -84,8 +93,8 @@ void add_inputs(CLI::App* command, CalibrateOptions* options) {
 
 void CalibrateOptions::apply(PolicyOptions* policy) const {
   policy->free_k3 = free_k3;
-  policy->free_distortion = free_distortion;
-  policy->free_centre = free_centre;
+  policy->free_distortion = !hold_distortion;
+  policy->free_centre = !hold_centre;
 }
 
 void add_calibrate(CLI::App& app) {
@@ -97,8 +106,8 @@ void add_calibrate(CLI::App& app) {
                    "Folder to write calibration.json and calibration.yaml (OpenCV) to; made if missing")
       ->type_name("DIR");
   command->add_flag("--free-k3", options->free_k3, "Estimate k3 (r^6) too; for wide lenses seen to their rim");
-  command->add_flag("!--no-distortion", options->free_distortion, "Hold k1, k2, p1, p2 and k3 at 0");
-  command->add_flag("!--centred", options->free_centre, "Hold the principal point at the image's centre");
+  command->add_flag("--no-distortion", options->hold_distortion, "Hold k1, k2, p1, p2 and k3 at 0");
+  command->add_flag("--centred", options->hold_centre, "Hold the principal point at the image's centre");
   command->callback([options] { run(*options); });
 }
 

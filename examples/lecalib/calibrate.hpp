@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-/// The options of calibrate and what it does with them.
+/// The two ways to calibrate, and what they share.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "lecalib/host/calibration_report.hpp"
 #include "lecalib/host/model_file.hpp"
@@ -11,14 +12,15 @@
 namespace lecalib::command {
 
 struct CalibrateOptions {
+  std::vector<std::string> events;
   std::string observations;
   std::string model;
   std::string target;
   std::string sensor;
   std::string out;
   bool free_k3 = false;
-  bool free_distortion = true;
-  bool free_centre = true;
+  bool hold_distortion = false;
+  bool hold_centre = false;
 
   /// What the options ask of the solver; the rest of the policy stays as it is.
   void apply(PolicyOptions* policy) const;
@@ -26,5 +28,8 @@ struct CalibrateOptions {
 
 /// From measured points. Fills *report also when it ends by fail().
 void calibrate_observations(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report);
+
+/// From recordings. Fills *report also when it ends by fail().
+void calibrate_events(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report);
 
 }  // namespace lecalib::command

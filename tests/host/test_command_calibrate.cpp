@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "lecalib/core/rng.hpp"
 #include "lecalib/host/file_io.hpp"
 #include "lecalib/host/model_file.hpp"
 #include "lecalib/host/text.hpp"
@@ -93,6 +94,51 @@ TEST_CASE("lecalib calibrate: a real chessboard agrees with its published camera
   CHECK(camera["fy"].get<double>() == doctest::Approx(327.554).epsilon(0.01));
   CHECK(std::abs(camera["cx"].get<double>() - 318.535) < 2);
   CHECK(std::abs(camera["cy"].get<double>() - 230.964) < 2);
+}
+
+TEST_CASE("lecalib calibrate: a recording of a box gives its camera without a hint") {
+  const auto data = shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const TemporaryFolder folder;
+  const std::string box = (*data / "sim/07_box_evk4_shake").string();
+  const CommandRun run =
+      run_lecalib({"calibrate", box + "/events.raw", "--model", box + "/model.txt", "--out", folder.path()});
+  CHECK(run.err == "");
+  REQUIRE(run.exit_code == 0);
+  const auto json = json_of(folder / "calibration.json");
+  const auto camera = json["cameras"].at(0);
+  const auto truth = json_of(box + "/truth.json")["camera"];
+  CHECK(camera["width"] == 1280);
+  CHECK(camera["fx"].get<double>() == doctest::Approx(truth["fx"].get<double>()).epsilon(0.02));
+  CHECK(camera["fy"].get<double>() == doctest::Approx(truth["fy"].get<double>()).epsilon(0.02));
+  CHECK(json["views"].size() >= 10);
+  CHECK(json["diagnostics"]["counts"]["windows_matched"] >= 5);
+  CHECK(json["diagnostics"]["cpu_ms"]["match_and_solve"].get<double>() > 0);
+}
+
+TEST_CASE("lecalib calibrate: a recording without lines is refused with a reason") {
+  const TemporaryFolder folder;
+  lecalib::Rng rng(3);
+  std::string noise = "t_us,x,y,p\n";
+  for (int t = 0; t < 100'000; t += 20) {
+    const std::uint32_t x = rng.below(320);
+    const std::uint32_t y = rng.below(240);
+    noise += std::to_string(t) + "," + std::to_string(x) + "," + std::to_string(y) + ",1\n";
+  }
+  REQUIRE_FALSE(write_file(folder / "noise.csv", noise));
+  const CommandRun run = run_lecalib({"calibrate", folder / "noise.csv", "--target", "rectangle:0.297x0.21", "--sensor",
+                                      "320x240", "--out", folder / "result"});
+  CHECK(run.exit_code == 1);
+  CHECK(run.out.empty());
+  CHECK(run.err.rfind("lecalib: no camera (", 0) == 0);
+  CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
+  const auto json = json_of(folder / "result/calibration.json");
+  CHECK(json["status"] != "ok");
+  CHECK(json["cameras"].empty());
+  CHECK(json["diagnostics"]["counts"]["events"] == 5000);
 }
 
 TEST_CASE("lecalib calibrate: contradicting options are one line") {

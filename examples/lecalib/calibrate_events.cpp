@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+/// lecalib calibrate EVENTS: from recordings of one camera to the camera.
+#include <algorithm>
+#include <vector>
+
+#include "calibrate.hpp"
+#include "event_options.hpp"
+#include "lecalib/host/cpu_clock.hpp"
+#include "lecalib/host/heap_arena.hpp"
+#include "lecalib/pipeline/mono_calibrator.hpp"
+#include "progress.hpp"
+
+namespace lecalib::command {
+namespace {
+
+using host::EventFile;
+using host::thread_cpu_ns;
+
+double milliseconds(std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; }
+
+std::vector<EventFile> open_all(const CalibrateOptions& options) {
+  std::vector<EventFile> files;
+  for (const std::string& path : options.events) {
+    files.push_back(open_events(path, options.sensor));
+    const SensorSize first = files.front().sensor();
+    const SensorSize size = files.back().sensor();
+    if (size.width != first.width || size.height != first.height) {
+      fail({"the sensor has " + host::to_string(size) + " px, that of " + files.front().path() + " has " +
+                host::to_string(first),
+            path});
+    }
+  }
+  return files;
+}
+
+/// Gives events to the calibrator, which works on each window as soon as it is full.
+/// @return false when it takes no more
+bool push_all(Span<const Event> events, MonoCalibrator* calibrator) {
+  Status status = calibrator->push(&events);
+  while (status == Status::in_progress) {
+    while (calibrator->step() == Status::in_progress) {
+    }
+    status = calibrator->push(&events);
+  }
+  return status == Status::ok;
+}
+
+void add_counts(const std::vector<EventFile>& files, const MonoStats& stats, host::Diagnostics* diagnostics) {
+  DecoderStats decoded;
+  std::uint64_t decode_ns = 0;
+  for (const EventFile& file : files) {
+    decoded.events += file.stats().events;
+    decoded.outside += file.stats().outside;
+    decoded.unplaced += file.stats().unplaced;
+    decode_ns += file.decode_cpu_ns();
+  }
+  diagnostics->counts = {
+      {"events", decoded.events},           {"windows", stats.windows.windows},         {"lines", stats.lines},
+      {"windows_kept", stats.windows_kept}, {"windows_matched", stats.windows_matched}, {"matches", stats.matches}};
+  diagnostics->dropped = {{"events_outside", decoded.outside},
+                          {"events_unplaced", decoded.unplaced},
+                          {"events_backward", stats.windows.backward},
+                          {"events_thinned", stats.windows.thinned + stats.thinned},
+                          {"lines", stats.lines_dropped}};
+  diagnostics->cpu_ms.push_back({"decode", milliseconds(decode_ns)});
+  for (std::size_t i = 0; i < kNumDetectorStages; ++i) {
+    diagnostics->cpu_ms.push_back({to_string(static_cast<DetectorStage>(i)), milliseconds(stats.stage_ns[i])});
+  }
+}
+
+}  // namespace
+
+void calibrate_events(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report) {
+  std::vector<EventFile> files = open_all(options);
+  report->diagnostics.inputs.insert(report->diagnostics.inputs.end(), options.events.begin(), options.events.end());
+
+  Capacities capacities;
+  capacities.model_lines = std::max(capacities.model_lines, static_cast<std::uint32_t>(model.lines.size()));
+  capacities.sensor_width = files.front().sensor().width;
+  capacities.sensor_height = files.front().sensor().height;
+  MonoOptions mono;
+  options.apply(&mono.solver.policy);
+  mono.detector.clock_ns = &thread_cpu_ns;
+  const host::HeapArena block(required_bytes(capacities));
+  MonoCalibrator calibrator;
+  const Status ready = calibrator.init(block.memory(), capacities, mono, model.lines);
+  if (is_error(ready)) fail({std::string("cannot start with this model: ") + to_string(ready)});
+
+  for (EventFile& file : files) {
+    Progress progress("reading events, finding lines");
+    for (Span<const Event> events = take(file.read()); !events.empty(); events = take(file.read())) {
+      if (!push_all(events, &calibrator)) break;
+      progress.update(file.fraction_read());
+    }
+  }
+  const std::uint64_t begin_ns = thread_cpu_ns();
+  (void)calibrator.finish();
+  Progress progress("matching and solving");
+  while (calibrator.step() == Status::in_progress) progress.update(static_cast<double>(calibrator.progress()));
+
+  add_counts(files, calibrator.stats(), &report->diagnostics);
+  report->diagnostics.cpu_ms.push_back({"match_and_solve", milliseconds(thread_cpu_ns() - begin_ns)});
+  CalibrationResult result;
+  result.status = calibrator.result(&result);
+  add_result(result, calibrator.views(), {}, report);
+}
+
+}  // namespace lecalib::command
