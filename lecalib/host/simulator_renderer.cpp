@@ -55,18 +55,6 @@ bool clip(double from, double change, double low, double high, double* s0, doubl
   return *s0 <= *s1;
 }
 
-/// Whether the ray from the origin along (x, y, 1) passes the segment within the radius.
-bool meets_rod(const Vec3& ray, const Vec3& p, const Vec3& q, double radius) {
-  const Vec3 along = q - p;
-  const double rr = ray.squaredNorm(), ra = ray.dot(along), aa = along.squaredNorm();
-  const double rp = ray.dot(p), ap = along.dot(p);
-  const double determinant = rr * aa - ra * ra;
-  const double s = determinant > 0 ? std::clamp((ra * rp - rr * ap) / determinant, 0.0, 1.0) : 0.0;
-  const Vec3 on_rod = p + s * along;
-  const double depth = std::max(0.0, ray.dot(on_rod) / rr);
-  return (depth * ray - on_rod).squaredNorm() <= radius * radius;
-}
-
 }  // namespace
 
 Renderer::Renderer(const Scene& scene, const Camera& camera) : scene_(scene), camera_(camera), offsets_(ray_offsets()) {
@@ -161,8 +149,9 @@ void Renderer::place(const Pose& pose) {
   }
   rods_.clear();
   for (const Rod& rod : scene_.rods) {
-    const Vec3 t = translation_of(pose);
-    rods_.push_back({R * rod.p + t, R * rod.q + t, rod.radius, rod.radiance});
+    const Vec3 p = R * rod.p + translation_of(pose);
+    const Vec3 along = R * (rod.q - rod.p);
+    rods_.push_back({p, along, p.cross(along), rod.radius, rod.radiance});
   }
 }
 
@@ -181,7 +170,7 @@ void Renderer::mark_outlines(const Pose& pose) {
     mark_polygon(face, {{0, 0}, {face.width, 0}, {face.width, face.height}, {0, face.height}});
     for (const Figure& figure : face.figures) mark_polygon(face, figure.corners);
   }
-  for (const RodView& rod : rods_) mark_edge(rod.p, rod.q, rod.radius);
+  for (const RodView& rod : rods_) mark_edge(rod.p, rod.p + rod.along, rod.radius);
 }
 
 /// A straight edge stays straight in ideal coordinates: cut it to the field of view there, then walk along it.
@@ -241,7 +230,7 @@ float Renderer::pixel_radiance(const PixelRay& ray) const {
 
 float Renderer::ray_radiance(double x, double y) const {
   for (const RodView& rod : rods_) {
-    if (meets_rod(Vec3(x, y, 1.0), rod.p, rod.q, rod.radius)) return rod.radiance;
+    if (meets(rod, Vec3(x, y, 1.0))) return rod.radiance;
   }
   for (const FaceView& view : views_) {
     const double depth = view.depth(0) * x + view.depth(1) * y + view.depth(2);
@@ -251,6 +240,22 @@ float Renderer::ray_radiance(double x, double y) const {
     if (u >= 0.0 && u <= view.face->width && v >= 0.0 && v <= view.face->height) return figure_radiance(view, u, v);
   }
   return kVoidRadiance;
+}
+
+/// Whether the ray from the origin passes the rod within its radius. |ray . moment| / |ray x along| is how far the two
+/// straight lines pass each other; only few rays need the nearest points themselves.
+bool Renderer::meets(const RodView& rod, const Vec3& ray) {
+  const Vec3 &p = rod.p, &along = rod.along;
+  const double radius = rod.radius;
+  const double rr = ray.squaredNorm(), ra = ray.dot(along), aa = along.squaredNorm();
+  const double determinant = rr * aa - ra * ra;
+  const double passing = ray.dot(rod.moment);
+  if (passing * passing > radius * radius * determinant) return false;
+  const double rp = ray.dot(p), ap = along.dot(p);
+  const double s = determinant > 0 ? std::clamp((ra * rp - rr * ap) / determinant, 0.0, 1.0) : 0.0;
+  const Vec3 on_rod = p + s * along;
+  const double depth = std::max(0.0, ray.dot(on_rod) / rr);
+  return (depth * ray - on_rod).squaredNorm() <= radius * radius;
 }
 
 float Renderer::figure_radiance(const FaceView& view, double u, double v) const {

@@ -46,7 +46,7 @@ class Renderer {
     std::size_t first_figure;  ///< of figures_
   };
   struct RodView {
-    Vec3 p, q;  ///< in the camera's frame
+    Vec3 p, along, moment;  ///< in the camera's frame; moment = p x along
     double radius;
     float radiance;
   };
@@ -60,6 +60,7 @@ class Renderer {
   void mark(std::uint32_t pixel);
   [[nodiscard]] float pixel_radiance(const PixelRay& ray) const;
   [[nodiscard]] float ray_radiance(double x, double y) const;
+  static bool meets(const RodView& rod, const Vec3& ray);
   [[nodiscard]] float figure_radiance(const FaceView& view, double u, double v) const;
 
   const Scene& scene_;

@@ -224,9 +224,10 @@ Scene rod_scene(const Model& model) {
   const double extent = b.size().norm();
   Scene scene;
   for (const ModelLine& line : model.lines) {
-    scene.rods.push_back({Vec3(line.p), Vec3(line.q), 0.5 * kLineWidth * extent, 0.10F});
+    scene.rods.push_back({Vec3(line.p), Vec3(line.q), 0.5 * kLineWidth * extent, 0.06F});
   }
   add_room(b, &scene);
+  scene.faces.front().radiance = 0.48F;  // dark rods would not show on the dark floor
   scene.view_from = Vec3(-0.56, -0.62, 0.55).normalized();
   scene.up = Vec3::UnitZ();
   return scene;
