@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 /// lecalib simulate: a recording with exact truth.
 #include <cinttypes>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -10,6 +9,7 @@
 #include "commands.hpp"
 #include "lecalib/host/sensor_size.hpp"
 #include "lecalib/host/simulator.hpp"
+#include "lecalib/math/trigonometry.hpp"
 #include "progress.hpp"
 
 namespace lecalib::command {
@@ -26,11 +26,10 @@ struct Arguments {
 /// is the image's centre.
 Camera true_camera(const Arguments& arguments) {
   const SensorSize size = take(host::parse_sensor(arguments.sensor));
-  constexpr double kHalfDegree = 3.14159265358979323846 / 360.0;
   Camera camera = arguments.options.camera;
   camera.width = size.width;
   camera.height = size.height;
-  const double focal = 0.5 * size.width / std::tan(kHalfDegree * arguments.fov_deg);
+  const double focal = 0.5 * size.width / tangent(deg_to_rad(0.5 * arguments.fov_deg));
   camera.fx = arguments.fx.value_or(arguments.fy.value_or(focal));
   camera.fy = arguments.fy.value_or(camera.fx);
   camera.cx = arguments.cx.value_or(0.5 * (size.width - 1));

@@ -235,9 +235,10 @@ float Renderer::ray_radiance(double x, double y) const {
   for (const FaceView& view : views_) {
     const double depth = view.depth(0) * x + view.depth(1) * y + view.depth(2);
     if (depth >= 0.0) continue;
-    const double u = (view.u(0) * x + view.u(1) * y + view.u(2)) / depth;
-    const double v = (view.v(0) * x + view.v(1) * y + view.v(2)) / depth;
-    if (u >= 0.0 && u <= view.face->width && v >= 0.0 && v <= view.face->height) return figure_radiance(view, u, v);
+    const double u = view.u(0) * x + view.u(1) * y + view.u(2);
+    const double v = view.v(0) * x + view.v(1) * y + view.v(2);
+    if (u > 0.0 || v > 0.0 || u < view.face->width * depth || v < view.face->height * depth) continue;  // beside it
+    return figure_radiance(view, u / depth, v / depth);
   }
   return kVoidRadiance;
 }

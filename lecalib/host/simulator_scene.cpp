@@ -86,7 +86,7 @@ void add_room(const Bounds& b, Scene* scene) {
   const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
   const double size = b.size().maxCoeff();
   const double side = 12.0 * size;
-  const Vec3 corner = Vec3(b.center()(0) + 1.9 * size, b.center()(1) + 1.7 * size, b.low(2));  // of floor and two walls
+  const Vec3 corner = Vec3(b.center()(0) + 2.5 * size, b.center()(1) + 2.2 * size, b.low(2));  // of floor and two walls
   Face floor{corner - side * x - side * y, x, y, side, side, 0.12F, {}};
   Face back{corner - side * x, x, z, side, 0.7 * side, 0.66F, {}};
   back.figures.push_back(rectangle(0.0, 0.0, side, 0.18 * size, 0.30F));  // skirting

@@ -4,15 +4,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lecalib/host/exponential.hpp"
+#include "lecalib/math/trigonometry.hpp"
+
 namespace lecalib::host {
 namespace {
 
-constexpr double kSettled = 1e-3;        ///< of ln(brightness): a pixel this close to its input rests
-constexpr double kMaxSubstep = 0.25e-3;  ///< s; between two of these the low-passed signal counts as straight
-constexpr double kMinThreshold = 0.02;   ///< no mismatch or noise takes a threshold below this
-constexpr double kBandwidthRadiance = 0.5;
-constexpr double kDarkBandwidth = 0.1;  ///< part of the bandwidth that is left in the dark
-constexpr double kTwoPi = 6.283185307179586;
+constexpr double kSettled = 1e-3;           ///< of ln(brightness): a pixel this close to its input rests
+constexpr double kMaxSubstep = 0.25e-3;     ///< s; between two of these the low-passed signal counts as straight
+constexpr double kMinThreshold = 0.02;      ///< no mismatch or noise takes a threshold below this
+constexpr double kBandwidthRadiance = 0.5;  ///< at which a pixel has SensorOptions::bandwidth_hz
+constexpr double kDarkBandwidth = 0.1;      ///< part of the bandwidth that is left in the dark
 
 }  // namespace
 
@@ -26,7 +28,7 @@ EventSensor::EventSensor(std::uint16_t width, std::uint16_t height, const Sensor
   const auto hot = static_cast<std::size_t>(options.hot_fraction * static_cast<double>(pixels_.size()) + 0.5);
   for (std::size_t i = 0; i < hot; ++i) {
     const std::uint32_t pixel = rng_.below(static_cast<std::uint32_t>(pixels_.size()));
-    const double rate_hz = 10.0 * std::exp(rng_.uniform(0.0, std::log(150.0)));
+    const double rate_hz = 10.0 * exponential(rng_.uniform(0.0, logarithm(150.0)));
     hot_.push_back({pixel, rate_hz, waiting_s(rate_hz)});
   }
   next_noise_s_ = waiting_s(options.noise_hz * static_cast<double>(pixels_.size()));
@@ -35,7 +37,7 @@ EventSensor::EventSensor(std::uint16_t width, std::uint16_t height, const Sensor
 void EventSensor::start(Span<const float> radiance) {
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
     Pixel& p = pixels_[i];
-    p.log_before = p.log_now = p.signal = p.reference = std::log(static_cast<double>(radiance[i]));
+    p.log_before = p.log_now = p.signal = p.reference = logarithm(static_cast<double>(radiance[i]));
   }
 }
 
@@ -43,7 +45,7 @@ void EventSensor::advance(double end_s, Span<const float> radiance, Span<const s
                           std::vector<Event>* events) {
   for (const std::uint32_t index : changed) {
     Pixel& p = pixels_[index];
-    p.log_now = std::log(static_cast<double>(radiance[index]));
+    p.log_now = logarithm(static_cast<double>(radiance[index]));
     if (p.active || p.log_now == p.log_before) continue;
     p.active = true;
     active_.push_back(index);
@@ -66,12 +68,12 @@ void EventSensor::advance(double end_s, Span<const float> radiance, Span<const s
 void EventSensor::follow(std::uint32_t index, double end_s, std::vector<Event>* events) {
   Pixel& p = pixels_[index];
   const double dt = end_s - now_s_;
-  const double brightness = std::exp(0.5 * (p.log_before + p.log_now)) / kBandwidthRadiance;
+  const double brightness = exponential(0.5 * (p.log_before + p.log_now)) / kBandwidthRadiance;
   const double bandwidth_hz = options_.bandwidth_hz * std::max(brightness, kDarkBandwidth);
-  const double tau = 1.0 / (kTwoPi * bandwidth_hz);
+  const double tau = 1.0 / (2.0 * kPi * bandwidth_hz);
   const int substeps = std::max(1, static_cast<int>(std::ceil(dt / kMaxSubstep)));
   const double h = dt / substeps;
-  const double decay = std::exp(-h / tau);
+  const double decay = exponential(-h / tau);
   const double slope = (p.log_now - p.log_before) / dt;
   for (int i = 0; i < substeps; ++i) {
     const double input = p.log_before + slope * h * i;
@@ -145,7 +147,7 @@ double EventSensor::normal() {
 
 double EventSensor::waiting_s(double rate_hz) {
   const double u = 1.0 - rng_.uniform();
-  return rate_hz > 0 ? -std::log(u) / rate_hz : 1e300;
+  return rate_hz > 0 ? -logarithm(u) / rate_hz : 1e300;
 }
 
 }  // namespace lecalib::host

@@ -6,12 +6,12 @@
 #include "lecalib/core/rng.hpp"
 #include "lecalib/math/camera_model.hpp"
 #include "lecalib/math/so3.hpp"
+#include "lecalib/math/trigonometry.hpp"
 
 namespace lecalib::host {
 namespace {
 
-constexpr double kTwoPi = 6.283185307179586;
-constexpr double kDegree = kTwoPi / 360.0;
+constexpr double kTwoPi = 2.0 * kPi;
 
 /// Slow part and tremor of one coordinate. Amplitudes in degrees, of the range in percent.
 struct Swing {
@@ -80,7 +80,11 @@ Pose Trajectory::at(double t_s) const {
 
 double Trajectory::coordinate(Coordinate which, double t_s) const {
   double sum = 0;
-  for (const Sine& s : sines_[which]) sum += s.amplitude * std::sin(kTwoPi * s.frequency_hz * t_s + s.phase);
+  for (const Sine& s : sines_[which]) {
+    double sine = 0, cosine = 0;
+    sin_cos(kTwoPi * s.frequency_hz * t_s + s.phase, &sine, &cosine);
+    sum += s.amplitude * sine;
+  }
   return sum;
 }
 
@@ -95,7 +99,7 @@ void Trajectory::choose_sines(Motion motion, double speed, std::uint64_t seed) {
   };
   for (std::size_t i = 0; i < kCoordinates; ++i) {
     const Swing& swing = kSwings[static_cast<std::size_t>(motion)][i];
-    const double unit = i == range ? 0.01 : kDegree;
+    const double unit = i == range ? 0.01 : deg_to_rad(1.0);
     sines_[i][0] = sine(unit * swing.amplitude, swing.frequency_hz);
     sines_[i][1] = sine(unit * swing.tremor, swing.tremor_hz);
   }
