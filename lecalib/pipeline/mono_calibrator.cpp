@@ -26,7 +26,7 @@ MonoSolverOptions MonoOptions::recorded_lines() {
   options.policy.aspect_sd = 0.005;
   options.policy.higher_radial_sd = 0.1;
   options.covariance.line_offset_px = 0.5;
-  options.plausibility.max_focal_sigma = 0.03;
+  options.plausibility.max_focal_sigma = 0.015;
   return options;
 }
 
