@@ -167,7 +167,8 @@ bool refine_lens_step(Span<const ModelLine> model, Span<const LensView> views, c
     }
     system.A.diagonal() += step_information(*views[v].pose, options.damping);
     const Eigen::LDLT<Mat6> factor(system.A);
-    const Mat64 gain = factor.solve(system.B);
+    Mat64 gain;  // by columns: for several at once Eigen may take blocks from the heap
+    for (int i = 0; i < 4; ++i) gain.col(i) = factor.solve(system.B.col(i));
     const Vec6 step = factor.solve(system.a);
     if (!gain.allFinite() || !step.allFinite()) return false;
     Eigen::Map<Mat64>(scratch[v].gain) = gain;

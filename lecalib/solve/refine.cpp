@@ -175,7 +175,7 @@ bool Refiner::reduce(double damping, ReducedSystem* out) const {
     if (!factor.factor(C, kMinPosePivot)) return false;
     const Mat69 E = cross_block_of(view);
     const Mat69 X = factor.solve(E);
-    system.matrix -= E.transpose() * X;
+    system.matrix -= E.transpose().lazyProduct(X);  // a 9 x 9 product would take Eigen's heap for its blocks
     system.gradient -= X.transpose() * pose_gradient_of(view);
   }
   for (Eigen::Index i = 0; i < 9; ++i) {
