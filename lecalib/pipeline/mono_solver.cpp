@@ -164,9 +164,7 @@ Status MonoSolver::conclude(Status status) {
     result_ = attempt;
     if (refined) summarise_views(&result_);
   }
-  const bool own_start = guess_.rms_px() > 0.0;
-  if (status != Status::ok && refined && own_start && attempts_ < options_.max_attempts &&
-      guess_.begin_next_candidate()) {
+  if (status != Status::ok && refined && attempts_ < options_.max_attempts && guess_.begin_next_candidate()) {
     phase_ = Phase::guess;
     return Status::in_progress;
   }

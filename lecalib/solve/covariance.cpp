@@ -13,9 +13,8 @@ namespace {
 using Mat9 = Eigen::Matrix<double, 9, 9>;
 using RowMat9 = Eigen::Matrix<double, 9, 9, Eigen::RowMajor>;
 
-/// Weight of the given sigmas, as so many further measurements, where the residuals set the scale: with hardly any
-/// redundancy small residuals prove nothing.
-constexpr double kGivenSigmaDof = 1.0;
+/// With fewer degrees of freedom than this small residuals prove nothing, and the given sigmas are not narrowed.
+constexpr double kMinScaleDof = 10.0;
 
 /// Largest over smallest eigenvalue with a unit diagonal: held parameters (identity rows) count as 1 and do not matter.
 double condition_of(const Mat9& information) {
@@ -58,8 +57,8 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
   }
   const double dof = std::max(1.0, static_cast<double>(refiner.points_used()) - unknowns);
   result->chi2_per_dof = refiner.cost() / dof;
-  const double estimated = (refiner.cost() + kGivenSigmaDof) / (dof + kGivenSigmaDof);
-  const double scale = options.trust_sigma ? std::max(1.0, result->chi2_per_dof) : estimated;
+  const bool may_narrow = !options.trust_sigma && dof >= kMinScaleDof;
+  const double scale = may_narrow ? result->chi2_per_dof : std::max(1.0, result->chi2_per_dof);
 
   Mat9 covariance = scale * factor.solve(Mat9(Mat9::Identity()));
   if (options.line_offset_px > 0.0) {

@@ -22,6 +22,9 @@ constexpr double kSweepDeg[] = {20.0, 28.0, 38.0, 50.0, 62.0, 75.0, 90.0, 105.0,
 /// Distances are capped for the choice among candidates, so that one bad line does not decide it.
 constexpr double kCapPx = 100.0;
 
+/// Views that the search looks at, at most: they agree on the focal length, and a start need not be exact.
+constexpr std::size_t kMaxSearchViews = 12;
+
 /// Ratio of focal lengths within which two starts lead to the same end.
 constexpr double kSameStart = 1.25;
 
@@ -36,17 +39,45 @@ Mat3 centred(const Mat3& H, const Straightening& s) {
   return G;
 }
 
+/// The pose of a view for a known camera from its linear solution; adds its points to *sum.
+bool pose_view(const CalibrationData& data, const View& view, const LinearView& linear, const Camera& camera,
+               Pose* pose, Visibility* sum) {
+  if (linear.shape == ModelShape::collinear) return false;
+  if (linear.shape == ModelShape::non_planar) {
+    if (!pose_from_projection(Eigen::Map<const Mat34>(linear.projection), camera, pose)) return false;
+    add_visibility(data, view, camera, *pose, kCapPx, sum);
+    return true;
+  }
+  const Pose plane = pose_from_homography(Eigen::Map<const Mat3>(linear.projection), camera, Vec2::Zero());
+  const Mat3 axes = Eigen::Map<const Mat3>(linear.axes);
+  const Vec3 origin = Eigen::Map<const Vec3>(linear.origin);
+  Mat3 R = rotation_of(plane);
+  Vec3 t = translation_of(plane);
+  *pose = make_pose(R * axes, t - R * axes * origin);
+  const std::size_t points_before = sum->points;
+  const std::size_t in_front_before = sum->in_front;
+  add_visibility(data, view, camera, *pose, kCapPx, sum);
+  // The homography fits the plane before and behind the camera alike: the side where most of the points are is taken.
+  const std::size_t points = sum->points - points_before;
+  const std::size_t in_front = sum->in_front - in_front_before;
+  if (2 * in_front >= points) return true;
+  R.leftCols<2>() *= -1.0;
+  t = -t;
+  *pose = make_pose(R * axes, t - R * axes * origin);
+  sum->in_front = in_front_before + points - in_front;
+  return true;
+}
+
 }  // namespace
 
 void InitialGuess::init(const CalibrationData& data, const InitialGuessOptions& options,
                         const InitialGuessWorkspace& workspace) {
-  LECALIB_ASSERT(workspace.views.size() == data.views.size() && workspace.linear.size() >= data.views.size());
+  LECALIB_ASSERT(workspace.views.size() == data.views.size() && workspace.linear.size() == data.views.size());
   *this = InitialGuess();
   data_ = data;
   options_ = options;
   workspace_ = workspace;
-  best_rms_px_ = kCapPx;
-  for (RefineView& view : workspace_.views) view.used = false;
+  stride_ = (data.views.size() + kMaxSearchViews - 1) / kMaxSearchViews;
 }
 
 Straightening InitialGuess::straightening() const {
@@ -56,30 +87,59 @@ Straightening InitialGuess::straightening() const {
 }
 
 Status InitialGuess::step() {
+  const bool searching = candidates_taken_ == 0;
   if (next_view_ < data_.views.size()) {
-    solve_view(next_view_++);
+    solve_view(next_view_);
+    next_view_ += searching ? stride_ : 1;
     return Status::in_progress;
   }
-  if (candidates_taken_ > 0) {
-    const StartCandidate& candidate = candidates_[candidates_taken_ - 1];
-    try_camera(candidate.fx, candidate.fy);
-    return found_ ? Status::ok : Status::degenerate_geometry;
-  }
+  if (!searching) return settle();
   try_straightening();
   return next_straightening();
 }
 
-bool InitialGuess::begin_next_candidate() {
-  if (candidates_taken_ == 0) {
-    const auto by_rms = [](const StartCandidate& a, const StartCandidate& b) { return a.rms_px < b.rms_px; };
-    std::sort(candidates_, candidates_ + num_candidates_, by_rms);
-    candidates_taken_ = 1;  // the best one was the search's own answer
+Status InitialGuess::next_straightening() {
+  constexpr int kCount = static_cast<int>(sizeof(kStraightenings) / sizeof(kStraightenings[0]));
+  const auto by_rms = [](const StartCandidate& a, const StartCandidate& b) { return a.rms_px < b.rms_px; };
+  std::sort(candidates_, candidates_ + num_candidates_, by_rms);
+  const bool good = num_candidates_ > 0 && candidates_[0].rms_px <= options_.good_enough_px;
+  if (++straightening_ < kCount && !good) {
+    next_view_ = 0;
+    focal_matrix_.setZero();
+    focal_vector_.setZero();
+    return Status::in_progress;
   }
+  if (begin_next_candidate()) return Status::in_progress;
+  if (stride_ > 1) {  // the choice of views was unlucky: once more with all of them
+    stride_ = 1;
+    straightening_ = 0;
+    next_view_ = 0;
+    return Status::in_progress;
+  }
+  const bool enough = most_planar_lines_ >= kMinPlanarLines || most_spatial_lines_ >= kMinNonPlanarLines;
+  return enough ? Status::degenerate_geometry : Status::too_few_lines;
+}
+
+bool InitialGuess::begin_next_candidate() {
   if (candidates_taken_ >= num_candidates_) return false;
   straightening_ = candidates_[candidates_taken_++].straightening;
   next_view_ = 0;
-  found_ = false;
   return true;
+}
+
+/// Gives every view with a linear solution its pose for the candidate's camera.
+Status InitialGuess::settle() {
+  const StartCandidate& candidate = candidates_[candidates_taken_ - 1];
+  camera_ = camera_for(candidate.fx, candidate.fy);
+  rms_px_ = candidate.rms_px;
+  bool any = false;
+  for (std::size_t v = 0; v < data_.views.size(); ++v) {
+    RefineView& view = workspace_.views[v];
+    Visibility seen;
+    view.used = pose_view(data_, data_.views[v], workspace_.linear[v], camera_, &view.pose, &seen);
+    any = any || view.used;
+  }
+  return any ? Status::ok : Status::degenerate_geometry;
 }
 
 /// Keeps one candidate per focal length, roughly, and the best of these.
@@ -100,20 +160,6 @@ void InitialGuess::keep_candidate(const StartCandidate& candidate) {
     }
   }
   if (candidate.rms_px < place->rms_px) *place = candidate;
-}
-
-Status InitialGuess::next_straightening() {
-  constexpr int kCount = static_cast<int>(sizeof(kStraightenings) / sizeof(kStraightenings[0]));
-  const bool good = found_ && best_rms_px_ <= options_.good_enough_px;
-  if (++straightening_ < kCount && !good) {
-    next_view_ = 0;
-    focal_matrix_.setZero();
-    focal_vector_.setZero();
-    return Status::in_progress;
-  }
-  if (found_) return Status::ok;
-  const bool enough = most_planar_lines_ >= kMinPlanarLines || most_spatial_lines_ >= kMinNonPlanarLines;
-  return enough ? Status::degenerate_geometry : Status::too_few_lines;
 }
 
 /// The linear solution of a view; planar views also add their two equations for the focal lengths.
@@ -149,16 +195,18 @@ void InitialGuess::solve_view(std::size_t index) {
 }
 
 void InitialGuess::try_straightening() {
-  const bool found_before = found_;
   try_spatial_focal_lengths();
   try_planar_focal_lengths();
-  if (!found_before && (!found_ || best_rms_px_ > options_.good_enough_px)) sweep_focal_lengths();
+  double best_px = kCapPx;
+  for (std::size_t i = 0; i < num_candidates_; ++i) best_px = std::min(best_px, candidates_[i].rms_px);
+  if (straightening_ == 0 && best_px > options_.good_enough_px) sweep_focal_lengths();
 }
 
 void InitialGuess::try_spatial_focal_lengths() {
   const auto median = [this](double LinearView::*focal) {
     std::size_t count = 0;
-    for (const LinearView& view : workspace_.linear) {
+    for (std::size_t v = 0; v < data_.views.size(); v += stride_) {
+      const LinearView& view = workspace_.linear[v];
       if (view.shape == ModelShape::non_planar && view.fx > 0.0) workspace_.focal_lengths[count++] = view.*focal;
     }
     if (count == 0) return 0.0;
@@ -186,11 +234,7 @@ void InitialGuess::sweep_focal_lengths() {
   }
 }
 
-/// Gives every view with a linear solution its pose for this camera, and keeps camera and poses when they are the best.
-void InitialGuess::try_camera(double fx, double fy) {
-  const double widest = 0.5 * data_.width / tangent(deg_to_rad(0.5 * options_.max_view_deg));
-  const double narrowest = 0.5 * data_.width / tangent(deg_to_rad(0.5 * options_.min_view_deg));
-  if (!(fx >= widest && fx <= narrowest && fy >= widest && fy <= narrowest)) return;
+Camera InitialGuess::camera_for(double fx, double fy) const {
   const Straightening straight = straightening();
   Camera camera;
   camera.width = data_.width;
@@ -203,50 +247,22 @@ void InitialGuess::try_camera(double fx, double fy) {
   const double m = straight.mu * fx * fy / (straight.half_diagonal * straight.half_diagonal);
   camera.k1 = -m;
   camera.k2 = 2.0 * m * m;
-  Visibility sum;
-  sum.cap_px = kCapPx;
-  for (std::size_t v = 0; v < data_.views.size(); ++v) {
-    LinearView& linear = workspace_.linear[v];
-    if (linear.shape == ModelShape::collinear) continue;
-    if (!pose_view(v, camera, &workspace_.views[v].previous)) {
-      linear.shape = ModelShape::collinear;  // a singular solution is none
-      continue;
-    }
-    add_visibility(data_, data_.views[v], camera, workspace_.views[v].previous, &sum);
-  }
-  const double rms_px = std::sqrt(sum.cost / static_cast<double>(std::max<std::size_t>(sum.points, 1)));
-  if (sum.points == 0) return;
-  if (candidates_taken_ == 0) keep_candidate({fx, fy, rms_px, straightening_});
-  if (found_ && !(rms_px < best_rms_px_)) return;
-  found_ = true;
-  best_rms_px_ = rms_px;
-  best_camera_ = camera;
-  for (std::size_t v = 0; v < data_.views.size(); ++v) {
-    RefineView& view = workspace_.views[v];
-    view.used = workspace_.linear[v].shape != ModelShape::collinear;
-    view.pose = view.previous;
-  }
+  return camera;
 }
 
-bool InitialGuess::pose_view(std::size_t index, const Camera& camera, Pose* pose) const {
-  const LinearView& linear = workspace_.linear[index];
-  if (linear.shape == ModelShape::non_planar) {
-    return pose_from_projection(Eigen::Map<const Mat34>(linear.projection), camera, pose);
+/// Poses the search's views for a camera with these focal lengths and keeps it as a candidate by its cost.
+void InitialGuess::try_camera(double fx, double fy) {
+  const double widest = 0.5 * data_.width / tangent(deg_to_rad(0.5 * options_.max_view_deg));
+  const double narrowest = 0.5 * data_.width / tangent(deg_to_rad(0.5 * options_.min_view_deg));
+  if (!(fx >= widest && fx <= narrowest && fy >= widest && fy <= narrowest)) return;
+  const Camera camera = camera_for(fx, fy);
+  Visibility sum;
+  for (std::size_t v = 0; v < data_.views.size(); v += stride_) {
+    Pose pose;
+    pose_view(data_, data_.views[v], workspace_.linear[v], camera, &pose, &sum);
   }
-  const Pose plane = pose_from_homography(Eigen::Map<const Mat3>(linear.projection), camera, Vec2::Zero());
-  const Mat3 axes = Eigen::Map<const Mat3>(linear.axes);
-  const Vec3 origin = Eigen::Map<const Vec3>(linear.origin);
-  Mat3 R = rotation_of(plane);
-  Vec3 t = translation_of(plane);
-  *pose = make_pose(R * axes, t - R * axes * origin);
-  // The homography fits the plane before and behind the camera alike: the side where most of the points are is taken.
-  Visibility sides;
-  add_visibility(data_, data_.views[index], camera, *pose, &sides);
-  if (2 * sides.in_front >= sides.points) return true;
-  R.leftCols<2>() *= -1.0;
-  t = -t;
-  *pose = make_pose(R * axes, t - R * axes * origin);
-  return true;
+  if (sum.points == 0) return;
+  keep_candidate({fx, fy, std::sqrt(sum.cost / static_cast<double>(sum.points)), straightening_});
 }
 
 ViewGeometry classify_views(const CalibrationData& data, Span<const RefineView> views, Span<LineMoments> moments,

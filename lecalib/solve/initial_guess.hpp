@@ -61,39 +61,41 @@ class InitialGuess {
   /// @param data validated; all spans must outlive the search
   void init(const CalibrationData& data, const InitialGuessOptions& options, const InitialGuessWorkspace& workspace);
 
-  /// Bounded work: the linear solution of one view, or the candidates of one straightening.
+  /// Bounded work: the linear solution of one view, the candidates of one straightening, or all poses of one camera.
   /// @return in_progress | ok (camera() and the workspace's views hold the start) | too_few_lines (no view has 4 lines
   /// in a plane or 6 in space) | degenerate_geometry (no view has a linear solution: parallel, concurrent, collinear or
   /// repeated lines)
   Status step();
 
-  /// Where the refinement from the best candidate has failed: begins anew with the next best one. step() as above.
+  /// Where the refinement from the best candidate has failed: turns to the next best one. step() as above.
   /// @return false where no candidate is left
   bool begin_next_candidate();
 
-  [[nodiscard]] const Camera& camera() const { return best_camera_; }
-  [[nodiscard]] double rms_px() const { return best_rms_px_; }
+  [[nodiscard]] const Camera& camera() const { return camera_; }
+  /// Of the search's views, each distance capped at 100 px.
+  [[nodiscard]] double rms_px() const { return rms_px_; }
 
  private:
   [[nodiscard]] Straightening straightening() const;
+  [[nodiscard]] Camera camera_for(double fx, double fy) const;
   void solve_view(std::size_t index);
   void try_straightening();
   void try_planar_focal_lengths();
   void try_spatial_focal_lengths();
   void sweep_focal_lengths();
   void try_camera(double fx, double fy);
-  bool pose_view(std::size_t index, const Camera& camera, Pose* pose) const;
   void keep_candidate(const StartCandidate& candidate);
   Status next_straightening();
+  Status settle();
 
   CalibrationData data_;
   InitialGuessOptions options_;
   InitialGuessWorkspace workspace_;
-  Camera best_camera_;
-  double best_rms_px_ = 0.0;
-  Eigen::Matrix2d focal_matrix_ =
-      Eigen::Matrix2d::Zero();  // stacked orthonormality, normal equations for (1/fx^2, 1/fy^2)
+  Camera camera_;
+  double rms_px_ = 0.0;
+  Eigen::Matrix2d focal_matrix_ = Eigen::Matrix2d::Zero();  // stacked orthonormality, normal equations for 1/f^2
   Vec2 focal_vector_ = Vec2::Zero();
+  std::size_t stride_ = 1;  // between the views that the search looks at
   std::size_t next_view_ = 0;
   std::size_t most_planar_lines_ = 0;  // of any view
   std::size_t most_spatial_lines_ = 0;
@@ -101,7 +103,6 @@ class InitialGuess {
   StartCandidate candidates_[kMaxStartCandidates] = {};
   std::size_t num_candidates_ = 0;
   std::size_t candidates_taken_ = 0;  // 0 while the search goes on
-  bool found_ = false;
 };
 
 /// How much the views used tell about the principal point.

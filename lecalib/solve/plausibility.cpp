@@ -59,17 +59,19 @@ Status check_plausibility(const CalibrationData& data, Span<const RefineView> vi
     return Status::implausible_result;
   }
   Visibility sum;
+  std::size_t inside = 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
-    if (views[v].used) add_visibility(data, data.views[v], result->camera, views[v].pose, &sum);
+    if (!views[v].used) continue;
+    add_visibility(data, data.views[v], result->camera, views[v].pose, data.width, &sum);
+    inside += count_inside(data, data.views[v], result->camera);
   }
-  if (!(static_cast<double>(sum.inside) >= options.min_inside * static_cast<double>(sum.points))) {
+  const auto points = static_cast<double>(sum.points);
+  if (!(static_cast<double>(inside) >= options.min_inside * points)) {
     result->parameter = kK1;
     return Status::implausible_result;
   }
-  if (!(static_cast<double>(sum.in_front) >= options.min_visible * static_cast<double>(sum.points)) ||
-      !(result->rms_px <= options.max_rms_share * data.width)) {
-    return Status::implausible_result;
-  }
+  if (!(static_cast<double>(sum.in_front) >= options.min_visible * points)) return Status::implausible_result;
+  if (!(result->rms_px <= options.max_rms_share * data.width)) return Status::implausible_result;
   return Status::ok;
 }
 

@@ -18,18 +18,16 @@ bool is_in_front(const CameraLine& line, const Vec2& ideal) {
 }  // namespace
 
 void add_visibility(const CalibrationData& data, const View& view, const Camera& camera, const Pose& pose,
-                    Visibility* sum) {
+                    double cap_px, Visibility* sum) {
   const Mat3 R = rotation_of(pose);
   const Vec3 t = translation_of(pose);
   const double radius_limit = valid_radius(camera);
+  const double cap2 = cap_px * cap_px;
   for (const LinePoint& point : points_of(data, view)) {
     const Vec2 pixel(point.u_px, point.v_px);
     const CameraLine line = line_in_camera(R, t, data.model[point.line]);
     LineFoot foot;
-    Vec2 ideal;
     ++sum->points;
-    if (unproject(camera, pixel, &ideal)) ++sum->inside;
-    const double cap2 = sum->cap_px * sum->cap_px;
     if (!find_foot(camera, radius_limit, line, pixel, &foot)) {
       sum->cost += cap2;
       continue;
@@ -37,6 +35,15 @@ void add_visibility(const CalibrationData& data, const View& view, const Camera&
     if (is_in_front(line, foot.ideal)) ++sum->in_front;
     sum->cost += std::min(cap2, (foot.pixel - pixel).squaredNorm());
   }
+}
+
+std::size_t count_inside(const CalibrationData& data, const View& view, const Camera& camera) {
+  std::size_t count = 0;
+  for (const LinePoint& point : points_of(data, view)) {
+    Vec2 ideal;
+    if (unproject(camera, Vec2(point.u_px, point.v_px), &ideal)) ++count;
+  }
+  return count;
 }
 
 }  // namespace lecalib

@@ -12,13 +12,15 @@ namespace lecalib {
 struct Visibility {
   std::size_t points = 0;
   std::size_t in_front = 0;  ///< whose foot on the model line has positive depth
-  std::size_t inside = 0;    ///< whose pixel is the image of an ideal point inside the valid radius
-  double cost = 0.0;         ///< px^2; each point's squared distance to its line, capped at cap_px^2
-  double cap_px = 1e3;
+  double cost = 0.0;         ///< px^2; each point's squared distance to its line, capped
 };
 
 /// Adds the points of one view.
+/// @param cap_px > 0; no point's distance counts for more, and a point whose line has no image counts that much
 void add_visibility(const CalibrationData& data, const View& view, const Camera& camera, const Pose& pose,
-                    Visibility* sum);
+                    double cap_px, Visibility* sum);
+
+/// Points of a view whose pixel is the image of an ideal point inside the camera's valid radius.
+std::size_t count_inside(const CalibrationData& data, const View& view, const Camera& camera);
 
 }  // namespace lecalib
