@@ -33,6 +33,7 @@ struct EventCloud {
   std::uint16_t width = 0, height = 0;   ///< of the sensor, px
   std::uint16_t cols = 0, rows = 0;      ///< of the grid
   float depth_px = 0;                    ///< z at the window's end, > 0
+  float kept_share = 1;                  ///< of the window's events: below 1 when it was thinned
   float noise_floor[2] = {0, 0};         ///< events per px^2 in the quieter part of the image, by polarity
 
   [[nodiscard]] std::size_t size() const noexcept { return x.size(); }

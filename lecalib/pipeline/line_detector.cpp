@@ -95,13 +95,13 @@ std::size_t fit_guesses(const EventCloud& cloud, Span<const PlaneLine> guesses, 
   return count;
 }
 
-std::size_t write_lines(Span<MovingLine> lines, const LineFitOptions& options, Span<EventLine> out,
-                        DetectorStats* stats) {
+std::size_t write_lines(const EventCloud& cloud, Span<MovingLine> lines, const LineFitOptions& options,
+                        Span<EventLine> out, DetectorStats* stats) {
   const auto more_events = [](const MovingLine& a, const MovingLine& b) { return a.events > b.events; };
   std::make_heap(lines.begin(), lines.end(), more_events);
   std::sort_heap(lines.begin(), lines.end(), more_events);
   const std::size_t count = std::min(lines.size(), out.size());
-  for (std::size_t i = 0; i < count; ++i) out[i] = to_event_line(lines[i], options);
+  for (std::size_t i = 0; i < count; ++i) out[i] = to_event_line(cloud, lines[i], options);
   stats->lines_dropped += static_cast<std::uint32_t>(lines.size() - count);
   return count;
 }
@@ -146,7 +146,7 @@ Status detect_lines(const EventWindow& window, const DetectorOptions& options, D
     stats->lines_merged = static_cast<std::uint32_t>(
         merge_lines(cloud, options.merge, options.fit, ws.fit, ws.lines.first(num_lines), &num_lines));
   }
-  *count = write_lines(ws.lines.first(num_lines), options.fit, out, stats);
+  *count = write_lines(cloud, ws.lines.first(num_lines), options.fit, out, stats);
   return Status::ok;
 }
 

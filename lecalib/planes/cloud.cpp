@@ -83,6 +83,8 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
   const auto length_us = static_cast<float>(window.end_us - window.begin_us);
   const float c_z = options.c_z_us_per_px > 0 ? options.c_z_us_per_px : length_us / options.auto_depth_px;
   const float per_us = 1.0F / c_z;
+  const float depth_px = length_us * per_us;
+  if (!(depth_px > 0)) return Status::invalid_argument;
   for_each_kept(window.events, options, inside, kept, [&](const Event& event) {
     const std::uint32_t i = start[cell_of(event, cols, cells) + 1]++;
     const auto t = static_cast<float>(event.t_us - window.begin_us);
@@ -99,7 +101,8 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
   cloud->height = options.height;
   cloud->cols = static_cast<std::uint16_t>(cols);
   cloud->rows = static_cast<std::uint16_t>(cells / cols);
-  cloud->depth_px = length_us * per_us;
+  cloud->depth_px = depth_px;
+  cloud->kept_share = inside > 0 ? static_cast<float>(kept) / static_cast<float>(inside) : 1;
   cloud->noise_floor[0] = noise_floor(cloud->cell_start, 0, cells);
   cloud->noise_floor[1] = noise_floor(cloud->cell_start, cells, cells);
   return Status::ok;

@@ -26,6 +26,7 @@ constexpr float kClaimSigmas = 3.5F;
 constexpr float kMinClaimPx = 2;
 constexpr float kFlankMarginPx = 0.5F;
 
+constexpr int kMaxCount = 65535;      // of a histogram bin; a patch's count is cut there too
 constexpr float kEndDensity = 0.35F;  // of the mean: less is beyond the line's end
 constexpr float kEventsPerPatch = 8;  // in the test of evenness
 constexpr int kMinPatches = 3;
@@ -123,7 +124,8 @@ class LineFitter {
       if (ws_.along[k] < histogram_start_ || bin >= num_bins_) continue;
       const int row = std::clamp(static_cast<int>((tau(ws_.index[k]) + 1) * (kHistogramRows / 2)), 0,
                                  static_cast<int>(kHistogramRows) - 1);
-      ++count_at(row, bin);
+      std::uint16_t& counted = count_at(row, bin);
+      counted = static_cast<std::uint16_t>(counted + (counted < kMaxCount ? 1 : 0));
       ++on_line[row];
     }
     const std::uint32_t early = on_line[0] + on_line[1];
@@ -225,7 +227,7 @@ class LineFitter {
     int empty = 0;
     for (int b = first; b + width <= end; b += width) {
       const int n = half_sum(0, b, width) + half_sum(1, b, width);
-      ws_.patches[static_cast<std::size_t>(patches++)] = static_cast<std::uint16_t>(std::min(n, 65535));
+      ws_.patches[static_cast<std::size_t>(patches++)] = static_cast<std::uint16_t>(std::min(n, kMaxCount));
       empty += n == 0 ? 1 : 0;
     }
     if (patches < kMinPatches) return false;
@@ -272,7 +274,7 @@ FitOutcome fit_line(const EventCloud& cloud, const LineFitOptions& options, cons
   return outcome;
 }
 
-EventLine to_event_line(const MovingLine& line, const LineFitOptions& options) {
+EventLine to_event_line(const EventCloud& cloud, const MovingLine& line, const LineFitOptions& options) {
   EventLine out{};
   Segment* segments[2] = {&out.begin, &out.end};
   for (int end = 0; end < 2; ++end) {
@@ -286,7 +288,8 @@ EventLine to_event_line(const MovingLine& line, const LineFitOptions& options) {
   out.bend_px = -line.m[4] * half_length * half_length;
   // Events per px^2 of swept area, once more than nothing: the denser an edge fires, the sharper it stands.
   const float travel = std::max(1.0F, 2 * std::fabs(line.m[2]));
-  const float density = static_cast<float>(line.events) / std::max(1.0F, line.length() * travel);
+  const float fired = static_cast<float>(line.events) / cloud.kept_share;
+  const float density = fired / std::max(1.0F, line.length() * travel);
   const float systematic2 =
       options.systematic_px * options.systematic_px + options.systematic_sparse_px2 / std::max(density, 0.05F);
   out.sigma_begin_px = end_sigma(line, 0, systematic2);

@@ -25,8 +25,8 @@ struct LineFitOptions {
   std::uint32_t max_fit_events = 3000;  ///< the fit takes at most about so many, evenly chosen
   /// Part of sigma that does not shrink with the number of events, px: an edge's events are late together, by its
   /// contrast and the scene's light. And its growth on sparse edges, px^2 times events per px^2 swept.
-  float systematic_px = 0.3F;
-  float systematic_sparse_px2 = 0.09F;
+  float systematic_px = 0.35F;
+  float systematic_sparse_px2 = 0.18F;
 };
 
 /// Why a line was accepted or not.
@@ -57,9 +57,9 @@ struct FitClaim {
 FitOutcome fit_line(const EventCloud& cloud, const LineFitOptions& options, const LineWorkspace& workspace,
                     const FitClaim& claim, MovingLine* line);
 
-/// The record of a fitted line, with its one-sigma: the statistical part from the covariance, the systematic part from
-/// the options.
-EventLine to_event_line(const MovingLine& line, const LineFitOptions& options);
+/// The record of a line fitted in `cloud`, with its one-sigma: the statistical part from the covariance, the systematic
+/// part from the options.
+EventLine to_event_line(const EventCloud& cloud, const MovingLine& line, const LineFitOptions& options);
 
 /// Smallest length of a line on this sensor, px.
 float min_line_length(const LineFitOptions& options, std::uint16_t width, std::uint16_t height);

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
 #include "lecalib/core/arena.hpp"
@@ -95,6 +96,8 @@ TEST_CASE("cloud: a window beyond the capacity is thinned evenly in time and cou
     REQUIRE(build_cloud(window_of(scene, events), f.options, f.workspace, &f.cloud, &f.stats) == Status::ok);
     CHECK(f.cloud.size() == capacity);
     CHECK(f.stats.thinned == events.size() - capacity);
+    CHECK(double{f.cloud.kept_share} ==
+          doctest::Approx(static_cast<double>(capacity) / static_cast<double>(events.size())));
     const auto early =
         std::count_if(f.cloud.z.begin(), f.cloud.z.end(), [&](float z) { return z < 0.5F * f.cloud.depth_px; });
     if (capacity > 1)
@@ -136,6 +139,9 @@ TEST_CASE("cloud: arguments are checked, and an empty window is an empty cloud")
   CHECK(f.cloud.size() == 0);
   CHECK(build({1000, 1000, {}}) == Status::invalid_argument);
   f.options.auto_depth_px = 0;
+  CHECK(build({0, 1000, {}}) == Status::invalid_argument);
+  f.options.auto_depth_px = 8;
+  f.options.c_z_us_per_px = std::numeric_limits<float>::infinity();
   CHECK(build({0, 1000, {}}) == Status::invalid_argument);
   f.options = {};
   CHECK(build({0, 1000, {}}) == Status::invalid_argument);

@@ -125,7 +125,7 @@ TEST_CASE("fit: a line that turns and moves is found from its middle third, to i
   Workspace memory(events.cloud);
   MovingLine line = guess_of(edge, 0.33F, 0.67F);
   REQUIRE(grow_and_fit(events.cloud, memory, &line) == FitOutcome::accepted);
-  const EventLine found = to_event_line(line, LineFitOptions{});
+  const EventLine found = to_event_line(events.cloud, line, LineFitOptions{});
   CHECK(distance_between(found.begin, edge.begin) < 0.25);
   CHECK(distance_between(found.end, edge.end) < 0.25);
   CHECK(std::hypot(found.begin.x1 - edge.begin.x1, found.begin.y1 - edge.begin.y1) < 6);
@@ -149,7 +149,7 @@ TEST_CASE("fit: the error is as large as sigma says") {
     Workspace memory(events.cloud);
     MovingLine line = guess_of(edge, 0.1F, 0.9F);
     REQUIRE(grow_and_fit(events.cloud, memory, &line) == FitOutcome::accepted);
-    const EventLine found = to_event_line(line, options);
+    const EventLine found = to_event_line(events.cloud, line, options);
     const double error = distance_between(found.begin, edge.begin);
     REQUIRE(error >= 0);
     sum += error * error / (double{found.sigma_begin_px} * double{found.sigma_begin_px});
@@ -169,7 +169,7 @@ TEST_CASE("fit: the bend of a curved line is measured and its sign is that of th
   Workspace memory(events.cloud);
   MovingLine line = guess_of({{140, 100, 200, 100}, {140, 104, 200, 104}, 1}, 0, 1);
   REQUIRE(grow_and_fit(events.cloud, memory, &line) == FitOutcome::accepted);
-  const EventLine found = to_event_line(line, LineFitOptions{});
+  const EventLine found = to_event_line(events.cloud, line, LineFitOptions{});
   CHECK(line.length() > 180);
   // The chord runs to the right, its normal points down; the curve's middle lies above.
   CHECK(double{found.bend_px} == doctest::Approx(-4.5).epsilon(0.1));
