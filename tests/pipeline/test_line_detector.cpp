@@ -3,13 +3,14 @@
 
 #include <cmath>
 #include <cstring>
-#include <numeric>
+#include <fstream>
 #include <vector>
 
 #include "lecalib/pipeline/line_detector.hpp"
 #include "support/alloc_counter.hpp"
 #include "support/guarded_arena.hpp"
 #include "support/moving_edges.hpp"
+#include "support/shared_data.hpp"
 
 using namespace lecalib;
 using namespace lecalib::test;
@@ -104,6 +105,47 @@ TEST_CASE("detector: noise alone makes no lines") {
       REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
       CHECK(detector.count == 0);
     }
+  }
+}
+
+TEST_CASE("detector: the polygon edges of a real recording that move across themselves carry lines") {
+  const auto data = shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  SceneOptions scene;
+  scene.width = 240;
+  scene.height = 180;
+  scene.begin_us = 2117000;
+  scene.length_us = 11000;
+  std::ifstream file(*data / "real" / "davis240c_shapes" / "events.txt");
+  std::vector<Event> events;
+  double t_s = 0;
+  unsigned x = 0;
+  unsigned y = 0;
+  unsigned polarity = 0;
+  while (file >> t_s >> x >> y >> polarity) {
+    const auto t_us = static_cast<std::int64_t>(t_s * 1e6 + 0.5);
+    if (t_us < scene.begin_us || t_us >= scene.begin_us + scene.length_us) continue;
+    events.push_back(
+        {t_us, static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), static_cast<std::uint8_t>(polarity)});
+  }
+  REQUIRE(events.size() > 1000);
+  Detector detector(scene);
+  REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
+  // Read off a picture of these events: the triangle's sides and the bar's long ones, at mid window.
+  const Segment edges[] = {
+      {37, 149, 46, 122}, {47, 122, 64, 146}, {38, 149, 63, 147}, {81, 168, 134, 144}, {95, 179, 141, 158}};
+  for (const Segment& edge : edges) {
+    bool found = false;
+    for (std::size_t i = 0; i < detector.count; ++i) {
+      const double at_begin = distance_between(detector.lines[i].begin, edge);
+      const double at_end = distance_between(detector.lines[i].end, edge);
+      found = found || (at_begin >= 0 && at_begin < 4 && at_end >= 0 && at_end < 4);
+    }
+    INFO("edge from ", edge.x1, " ", edge.y1);
+    CHECK(found);
   }
 }
 
