@@ -18,6 +18,7 @@ constexpr double kShortUnits = 10.0;
 constexpr double kLongUnits = 120.0;
 /// Model lines of which less than this is in the image (units) are left out.
 constexpr double kMinSeenUnits = 8.0;
+constexpr std::uint16_t kFewLines = 4;
 
 /// Clips the line start + s direction, s in [low, high], to the frame.
 void clip(const FlatFrame& frame, ProjectedLine* line) {
@@ -95,6 +96,13 @@ bool compare(const ProjectedLine& model, const FlatLine& line, std::size_t insta
   return out->weight_px > 0.0;
 }
 
+/// True when the detected line's brighter side is not the model line's.
+bool contradicts(const AssignmentOptions& options, std::size_t model_line, std::size_t line, bool flipped) {
+  if (options.contrast.empty()) return false;
+  const int contrast = flipped ? -options.line_contrast[line] : options.line_contrast[line];
+  return contrast * options.contrast[model_line] < 0;
+}
+
 /// A further piece of a model line must lie beside the ones it has.
 bool fits_beside(const Assignment& piece, Span<const Assignment> taken) {
   for (const Assignment& other : taken) {
@@ -123,23 +131,50 @@ Support measure(Span<const ProjectedLine> projected, Span<const Assignment> take
   return support;
 }
 
+double coverage(const ProjectedLine& line, std::size_t model_line, Span<const Assignment> taken) {
+  double covered = 0.0;
+  for (const Assignment& a : taken) {
+    if (a.model_line != model_line) continue;
+    covered += std::max(0.0, std::min(a.high_px, line.seen_high_px) - std::max(a.low_px, line.seen_low_px));
+  }
+  return covered / std::max(line.seen_high_px - line.seen_low_px, 1e-9);
+}
+
+/// Four lines or less leave at most two numbers to check a pose with: a short line beside the true one would be
+/// believed.
+Span<Assignment> demand_coverage(Span<const ProjectedLine> projected, const AssignmentOptions& options,
+                                 Span<Assignment> taken) {
+  if (measure(projected, taken, options.unit_px).lines > kFewLines) return taken;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < taken.size(); ++i) {
+    const std::size_t j = taken[i].model_line;
+    // Pieces of one line stay or go together: those that stay are still in front of the ones to be looked at.
+    const double share = coverage(projected[j], j, taken.first(count)) + coverage(projected[j], j, taken.subspan(i));
+    if (share >= options.min_coverage_of_few) taken[count++] = taken[i];
+  }
+  return taken.first(count);
+}
+
 }  // namespace
 
-Span<const Assignment> assign_lines(Span<const ModelLine> model, const Pose& pose, double f_px, const FlatFrame& frame,
-                                    Span<const FlatLine> lines, Instant instant, const AssignmentOptions& options,
-                                    AssignmentWorkspace* workspace, Support* support) {
+Span<Assignment> assign_lines(const ModelGraph& model, const Pose& pose, double f_px, const FlatFrame& frame,
+                              Span<const FlatLine> lines, Instant instant, const AssignmentOptions& options,
+                              AssignmentWorkspace* workspace, Support* support) {
   const Mat3 R = rotation_of(pose);
   const Vec3 t = translation_of(pose);
+  const Vec3 centre = -(R.transpose() * t);
+  const double eye[3] = {centre.x(), centre.y(), centre.z()};
   BoundedBest<Assignment> candidates(workspace->candidates);
   const auto heavier = [](const Assignment& a, const Assignment& b) { return a.weight_px > b.weight_px; };
-  const Span<ProjectedLine> projected = workspace->projected.first(model.size());
-  for (std::size_t j = 0; j < model.size(); ++j) {
-    projected[j] = project_line(model[j], R, t, f_px, frame);
+  const Span<ProjectedLine> projected = workspace->projected.first(model.lines.size());
+  for (std::size_t j = 0; j < model.lines.size(); ++j) {
+    projected[j] = is_hidden(model, j, eye) ? ProjectedLine{} : project_line(model.lines[j], R, t, f_px, frame);
     if (projected[j].length_px <= 0.0) continue;
     for (std::size_t i = 0; i < lines.size(); ++i) {
       if (!lines[i].usable) continue;
       Assignment pair;
       if (!compare(projected[j], lines[i], static_cast<std::size_t>(instant), options, &pair)) continue;
+      if (contradicts(options, j, i, pair.flipped)) continue;
       pair.line = static_cast<std::uint16_t>(i);
       pair.model_line = static_cast<std::uint16_t>(j);
       candidates.offer(pair, heavier);
@@ -159,7 +194,8 @@ Span<const Assignment> assign_lines(Span<const ModelLine> model, const Pose& pos
     used[pair.line] = 1;
     workspace->assignments[count++] = pair;
   }
-  const Span<const Assignment> taken = workspace->assignments.first(count);
+  Span<Assignment> taken = workspace->assignments.first(count);
+  if (options.min_coverage_of_few > 0.0) taken = demand_coverage(projected, options, taken);
   if (support != nullptr) {
     *support = measure(projected, taken, options.unit_px);
     support->candidates_dropped = candidates.dropped();

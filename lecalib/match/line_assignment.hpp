@@ -7,6 +7,7 @@
 #include "lecalib/core/arena.hpp"
 #include "lecalib/match/bounded_best.hpp"
 #include "lecalib/match/flat_lines.hpp"
+#include "lecalib/match/model_graph.hpp"
 
 namespace lecalib {
 
@@ -27,6 +28,12 @@ struct AssignmentOptions {
   double overshoot_px = 8.0;      ///< a detected line may reach so far beyond the model line's ends ...
   double overshoot_share = 0.12;  ///< ... or this share of its own length, whichever is more
   double unit_px = 1.0;           ///< about a thousandth of the image's diagonal
+  /// With so few model lines found that the pose follows any of them, each must be covered by this share. 0: no demand.
+  double min_coverage_of_few = 0.0;
+  /// [model lines] contrast_of() that a match must not contradict, relative to p -> q, 0 any; empty: none is known.
+  Span<const std::int8_t> contrast;
+  /// [lines] contrast_of() of the detected lines; needed with `contrast`.
+  Span<const std::int8_t> line_contrast;
 };
 
 /// A model line as the camera would see it.
@@ -73,8 +80,8 @@ struct Support {
 /// @param lines flat lines of the window, looked at at `instant`
 /// @param[out] support may be null
 /// @return the assignments, in the workspace; each detected line at most once
-Span<const Assignment> assign_lines(Span<const ModelLine> model, const Pose& pose, double f_px, const FlatFrame& frame,
-                                    Span<const FlatLine> lines, Instant instant, const AssignmentOptions& options,
-                                    AssignmentWorkspace* workspace, Support* support);
+Span<Assignment> assign_lines(const ModelGraph& model, const Pose& pose, double f_px, const FlatFrame& frame,
+                              Span<const FlatLine> lines, Instant instant, const AssignmentOptions& options,
+                              AssignmentWorkspace* workspace, Support* support);
 
 }  // namespace lecalib

@@ -24,7 +24,7 @@ constexpr double kHopelessShare = 0.5;
 constexpr double kRivalFocal = 1.06;
 constexpr double kRivalShare = 0.93;
 /// What a result must explain: share of the model in its windows, and measured line coordinates beyond the unknowns.
-constexpr double kMinExplained = 0.4;
+constexpr double kMinExplained = 0.58;
 constexpr double kMinRedundancy = 8.0;
 
 bool is_finite(const EventLine& line) {
@@ -62,11 +62,12 @@ Status LineMatcher::init(Arena* arena, const LineMatcherCapacities& capacities, 
   if (!carve(*arena, capacities, &workspace_)) return Status::buffer_too_small;
 
   stats_ = {};
-  if (const Status status = build_model_graph(model, {}, workspace_.model_quads, &graph_); status != Status::ok) {
+  if (const Status status = build_model_graph(model, {}, workspace_.model_quads, workspace_.model_sides, &scene_.model);
+      status != Status::ok) {
     return status;
   }
-  if (graph_.quads.empty()) return Status::degenerate_geometry;
-  stats_.model_quads_dropped = graph_.quads_dropped;
+  if (scene_.model.quads.empty()) return Status::degenerate_geometry;
+  stats_.model_quads_dropped = scene_.model.quads_dropped;
   if (const Status status = copy_lines(capacities, windows); status != Status::ok) return status;
 
   const double diagonal_px = std::sqrt(static_cast<double>(options.width) * options.width +
@@ -75,7 +76,6 @@ Status LineMatcher::init(Arena* arena, const LineMatcherCapacities& capacities, 
   scene_.width = options.width;
   scene_.height = options.height;
   scene_.unit_px = std::max(1.0, 1e-3 * diagonal_px);
-  scene_.model = model;
   quad_options_.focal = {focal_of(options.max_fov_deg, options.width), focal_of(options.min_fov_deg, options.width)};
   trial_ = workspace_.trial;
   best_ = workspace_.best;
@@ -150,7 +150,7 @@ void LineMatcher::step_quads() {
   if (next_quad_ < image_quads_.size()) {
     const std::size_t window = window_of(next_ - 1);
     const Span<const FlatLine> flat = workspace_.scratch.flat.first(scene_.lines_of(window).size());
-    seed_from_quad(scene_, graph_, prior_.mean, window, flat, frame_, image_quads_[next_quad_++], quad_options_,
+    seed_from_quad(scene_, prior_.mean, window, flat, frame_, image_quads_[next_quad_++], quad_options_,
                    &workspace_.scratch, &seeds_, &stats_.seeds);
     return;
   }
@@ -190,8 +190,8 @@ void LineMatcher::step_select() {
     prior_.sigma.f_px = kFocalSigma * seed.f_px;
     for (WindowTrack& window : trial_.windows) window.matched = false;
     seed_window_ = seed.window;
-    match_window(scene_, seed_window_, Span<const Pose>(&seed.pose, 1), FitStart::far, &workspace_.scratch, &trial_,
-                 &stats_.matches_dropped);
+    match_window(scene_, seed_window_, Span<const Pose>(&seed.pose, 1), FitStart::far, nullptr, false,
+                 &workspace_.scratch, &trial_, &stats_.matches_dropped);
     if (!trial_.windows[seed_window_].matched) return;
     next_ = 1;
     phase_ = Phase::follow;
@@ -207,9 +207,9 @@ void LineMatcher::step_follow() {
     const std::size_t window = next_ < after ? seed_window_ + next_ : seed_window_ - (next_ - after + 1);
     ++next_;
     Pose starts[kMaxPredictions];
-    const std::size_t count = predict_poses(scene_, trial_, window, starts);
-    match_window(scene_, window, Span<const Pose>(starts, count), FitStart::far, &workspace_.scratch, &trial_,
-                 &stats_.matches_dropped);
+    const std::size_t count = predict_poses({scene_.times, trial_.windows}, window, starts);
+    match_window(scene_, window, Span<const Pose>(starts, count), FitStart::far, nullptr, false, &workspace_.scratch,
+                 &trial_, &stats_.matches_dropped);
     return;
   }
   sum_up(&trial_);
@@ -218,23 +218,33 @@ void LineMatcher::step_follow() {
   phase_ = trial_.score < kHopelessShare * best_.score ? Phase::select : Phase::settle;
 }
 
-/// Lens steps first, then one window after the other is fitted anew; kSettleRounds times.
+/// Lens steps first, then one window after the other is fitted anew; kSettleRounds times. From the second round on the
+/// neighbours' poses hold a window whose own lines leave its pose open.
 void LineMatcher::step_settle() {
-  const bool lens_moves = !known_camera_;
+  const WindowMotion motion{scene_.times, trial_.windows};
   if (next_ < kLensSteps) {
-    ++next_;
-    if (lens_moves) static_cast<void>(refine_track_lens(scene_, prior_, &workspace_.scratch, &trial_));
+    if (next_++ == 0) {
+      scatter_ = measure_scatter(motion, scene_.model.centre_m, workspace_.scratch.values);
+      decide_contrast(scene_, trial_, &workspace_.scratch);
+    }
+    if (!known_camera_) static_cast<void>(refine_track_lens(scene_, prior_, &workspace_.scratch, &trial_));
     return;
   }
   const std::size_t window = next_++ - kLensSteps;
   if (window < scene_.times.size()) {
-    Pose starts[kMaxPredictions];
+    PosePrior prior;
+    const bool has_prior = round_ > 0 && neighbour_prior(motion, scatter_, scene_.model.centre_m, window, &prior);
     const bool was_matched = trial_.windows[window].matched;
-    std::size_t count = 1;
-    starts[0] = trial_.windows[window].pose[1];
-    if (!was_matched) count = predict_poses(scene_, trial_, window, starts);
+    Pose starts[kMaxPredictions];
+    std::size_t count = 0;
+    if (was_matched) {
+      starts[count++] = trial_.windows[window].pose[1];
+      if (has_prior) starts[count++] = prior.mean;
+    } else {
+      count = predict_poses(motion, window, starts);
+    }
     match_window(scene_, window, Span<const Pose>(starts, count), was_matched ? FitStart::near : FitStart::far,
-                 &workspace_.scratch, &trial_, &stats_.matches_dropped);
+                 has_prior ? &prior : nullptr, true, &workspace_.scratch, &trial_, &stats_.matches_dropped);
     return;
   }
   next_ = 0;
@@ -243,19 +253,24 @@ void LineMatcher::step_settle() {
   judge_trial();
 }
 
-/// The better of trial and best stays; the other one may be the rival.
+/// The better of trial and best stays; the other one is a rival when it says something else about camera and lines.
 void LineMatcher::judge_trial() {
   phase_ = known_camera_ ? Phase::finish : Phase::select;
-  const bool wins = trial_.score > best_.score;
-  const double other_score = wins ? best_.score : trial_.score;
-  const double other_focal = wins ? best_.optics.lens.f_px : trial_.optics.lens.f_px;
-  const double winner_focal = wins ? trial_.optics.lens.f_px : best_.optics.lens.f_px;
-  if (wins) std::swap(trial_, best_);
-  const auto differs = [&](double focal) { return std::max(focal / winner_focal, winner_focal / focal) > kRivalFocal; };
-  if (stats_.rival_score > 0.0 && !differs(stats_.rival_focal_px)) stats_.rival_score = 0.0;
-  if (other_score > stats_.rival_score && differs(other_focal)) {
-    stats_.rival_score = other_score;
-    stats_.rival_focal_px = other_focal;
+  if (best_.num_windows == 0) {
+    std::swap(trial_, best_);
+    return;
+  }
+  const bool rivals = !is_same_matching(scene_, best_, trial_);
+  if (trial_.score > best_.score) {
+    std::swap(trial_, best_);
+    const double ratio = stats_.rival_focal_px / best_.optics.lens.f_px;
+    if (ratio < kRivalFocal && ratio * kRivalFocal > 1.0) stats_.rival_score = 0.0;
+  }
+  const double ratio = trial_.optics.lens.f_px / best_.optics.lens.f_px;
+  const bool differs = ratio > kRivalFocal || ratio * kRivalFocal < 1.0;
+  if (rivals && differs && trial_.score > stats_.rival_score) {
+    stats_.rival_score = trial_.score;
+    stats_.rival_focal_px = trial_.optics.lens.f_px;
   }
 }
 

@@ -14,6 +14,7 @@
 #include "lecalib/core/status.hpp"
 #include "lecalib/match/bend_distortion.hpp"
 #include "lecalib/match/seed_search.hpp"
+#include "lecalib/match/track_comparison.hpp"
 
 namespace lecalib {
 
@@ -56,7 +57,7 @@ struct LineMatcherStats {
   std::uint32_t trials = 0;  ///< guesses followed through all windows
   double score = 0;          ///< of the winner: model lines explained, summed over windows
   double possible = 0;       ///< what a complete explanation of its windows would score
-  double rival_score = 0;    ///< best trial with a clearly different focal length
+  double rival_score = 0;    ///< best trial with other matches and another focal length
   double rival_focal_px = 0;
   bool ambiguous = false;  ///< the rival explains nearly as much: no_match
 };
@@ -72,6 +73,7 @@ struct LineMatcherWorkspace {
   MatchScratch scratch;
   ImageQuadWorkspace quads;
   Span<ModelQuad> model_quads;
+  Span<ModelSides> model_sides;
   Span<EventLine> lines;           ///< of all windows, within the capacity
   Span<std::uint16_t> line_ids;    ///< their indices in the caller's windows
   Span<std::uint32_t> first_line;  ///< [windows + 1]
@@ -96,17 +98,19 @@ constexpr bool carve(Carver& carver, const LineMatcherCapacities& c, MatchScratc
   assignment.candidates = 4 * c.matches;
   assignment.assignments = c.matches;
   return carve(carver, assignment, &out->assignment) && carver.carve(c.lines, &out->flat) &&
-         carver.carve(c.windows, &out->views) && carver.carve(c.windows, &out->systems);
+         carver.carve(c.windows, &out->views) && carver.carve(c.windows, &out->systems) &&
+         carver.carve(c.windows, &out->values) && carver.carve(c.model_lines, &out->votes) &&
+         carver.carve(c.model_lines, &out->contrast) && carver.carve(c.lines, &out->line_contrast);
 }
 
 template <class Carver>
 constexpr bool carve(Carver& carver, const LineMatcherCapacities& c, LineMatcherWorkspace* out) {
   return carve(carver, c, &out->scratch) && carve(carver, c.quads, &out->quads) &&
-         carver.carve(c.model_quads, &out->model_quads) && carver.carve(c.windows * c.lines, &out->lines) &&
-         carver.carve(c.windows * c.lines, &out->line_ids) && carver.carve(c.windows + 1, &out->first_line) &&
-         carver.carve(c.windows, &out->times) && carver.carve(c.seeds, &out->seeds) && carve(carver, c, &out->trial) &&
-         carve(carver, c, &out->best) && carver.carve(c.windows * c.matches, &out->matches) &&
-         carver.carve(c.windows, &out->poses);
+         carver.carve(c.model_quads, &out->model_quads) && carver.carve(c.model_lines, &out->model_sides) &&
+         carver.carve(c.windows * c.lines, &out->lines) && carver.carve(c.windows * c.lines, &out->line_ids) &&
+         carver.carve(c.windows + 1, &out->first_line) && carver.carve(c.windows, &out->times) &&
+         carver.carve(c.seeds, &out->seeds) && carve(carver, c, &out->trial) && carve(carver, c, &out->best) &&
+         carver.carve(c.windows * c.matches, &out->matches) && carver.carve(c.windows, &out->poses);
 }
 
 class LineMatcher {
@@ -155,7 +159,6 @@ class LineMatcher {
   LineMatcherOptions options_;
   LineMatcherWorkspace workspace_;
   MatchScene scene_;
-  ModelGraph graph_;
   LensPrior prior_;
   LineMatcherStats stats_;
 
@@ -171,6 +174,7 @@ class LineMatcher {
   LineTrack trial_;
   LineTrack best_;
   std::size_t seed_window_ = 0;
+  MotionScatter scatter_;
   int round_ = 0;  ///< of settle: lens, fit, lens, fit
 
   bool known_camera_ = false;

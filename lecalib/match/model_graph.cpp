@@ -120,6 +120,46 @@ class QuadSearch {
   BoundedBest<ModelQuad> best_;
 };
 
+/// The plane of a quad with all of the model behind it.
+/// @return false when the model lies on both sides, or all in that plane: then the quad is no face of a solid
+bool outer_plane(const ModelQuad& quad, Span<const ModelLine> model, double tolerance_m, double (*plane)[4]) {
+  const Vec3 origin = Eigen::Map<const Vec3>(quad.corner[0]);
+  const Vec3 d1 = Eigen::Map<const Vec3>(quad.corner[2]) - origin;
+  const Vec3 d2 = Eigen::Map<const Vec3>(quad.corner[3]) - Eigen::Map<const Vec3>(quad.corner[1]);
+  const Vec3 normal = d1.cross(d2).normalized();
+  double low = 0.0;
+  double high = 0.0;
+  for (const ModelLine& line : model) {
+    for (const double* end : {line.p, line.q}) {
+      const double height = normal.dot(Eigen::Map<const Vec3>(end) - origin);
+      low = std::min(low, height);
+      high = std::max(high, height);
+    }
+  }
+  if (low > -tolerance_m && high < tolerance_m) return false;
+  if (low < -tolerance_m && high > tolerance_m) return false;
+  const double sign = high < tolerance_m ? 1.0 : -1.0;
+  for (int i = 0; i < 3; ++i) (*plane)[i] = sign * normal(i);
+  (*plane)[3] = sign * normal.dot(origin);
+  return true;
+}
+
+void find_sides(const ModelGraph& graph, double tolerance_m, Span<ModelSides> sides) {
+  for (ModelSides& side : sides) side.num = 0;
+  for (const ModelQuad& quad : graph.quads) {
+    double plane[4];
+    if (!quad.closed || !outer_plane(quad, graph.lines, tolerance_m, &plane)) continue;
+    for (const std::uint16_t line : quad.line) {
+      if (sides[line].num == 2) continue;
+      std::copy(plane, plane + 4, sides[line].plane[sides[line].num++]);
+    }
+  }
+}
+
+bool is_in_front(const double (&plane)[4], const double (&eye)[3]) {
+  return plane[0] * eye[0] + plane[1] * eye[1] + plane[2] * eye[2] > plane[3];
+}
+
 bool is_finite(const ModelLine& line) {
   double sum = 0.0;
   for (int i = 0; i < 3; ++i) sum += std::abs(line.p[i]) + std::abs(line.q[i]);
@@ -136,7 +176,7 @@ bool all_parallel(Span<const ModelLine> model) {
 }  // namespace
 
 Status build_model_graph(Span<const ModelLine> model, const ModelGraphOptions& options, Span<ModelQuad> storage,
-                         ModelGraph* out) {
+                         Span<ModelSides> sides, ModelGraph* out) {
   if (!(options.corner_tolerance > 0.0 && options.corner_tolerance <= 0.2)) return Status::invalid_argument;
   Vec3 low = Vec3::Constant(1e300);
   Vec3 high = -low;
@@ -157,7 +197,21 @@ Status build_model_graph(Span<const ModelLine> model, const ModelGraphOptions& o
   out->extent_m = (high - low).norm();
   Eigen::Map<Vec3>(out->centre_m) = 0.5 * (low + high);
   out->quads_dropped = search.best().dropped();
+  const Span<ModelSides> used = sides.first(model.size());
+  find_sides(*out, options.corner_tolerance * out->extent_m, used);
+  out->sides = used;
   return Status::ok;
+}
+
+bool is_hidden(const ModelGraph& graph, std::size_t line, const double (&eye)[3]) {
+  const ModelSides& sides = graph.sides[line];
+  if (sides.num < 2 || is_in_front(sides.plane[0], eye) || is_in_front(sides.plane[1], eye)) return false;
+  for (const ModelSides& other : graph.sides) {
+    for (int i = 0; i < other.num; ++i) {
+      if (is_in_front(other.plane[i], eye)) return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace lecalib

@@ -55,6 +55,28 @@ Vec6 step_information(const Pose& pose, double damping) {
   return information;
 }
 
+/// Adds the prior to the normal equations: the rotation's difference, and the centre's displacement in the camera
+/// frame.
+void add_pose_prior(const PosePrior& prior, const Pose& pose, Mat6* A, Vec6* a) {
+  const Vec3 centre = Eigen::Map<const Vec3>(prior.centre_m);
+  const Mat3 R_mean = rotation_of(prior.mean);
+  const Vec3 expected = R_mean * centre + translation_of(prior.mean);
+  const Vec3 x = rotation_of(pose) * centre + translation_of(pose);
+  const Vec3 turned = so3_log(rotation_of(pose) * R_mean.transpose());
+  const double information = 1.0 / (prior.sigma_rad * prior.sigma_rad);
+  A->diagonal().head<3>().array() += information;
+  a->head<3>() -= information * turned;
+  const Vec3 sight = expected.normalized();
+  const double lateral = 1.0 / (prior.sigma_lateral_m * prior.sigma_lateral_m);
+  const double depth = 1.0 / (prior.sigma_depth_m * prior.sigma_depth_m);
+  const Mat3 W = lateral * Mat3::Identity() + (depth - lateral) * sight * sight.transpose();
+  Eigen::Matrix<double, 3, 6> J;
+  J.leftCols<3>() = -hat(x);
+  J.rightCols<3>().setIdentity();
+  *A += J.transpose() * W * J;
+  *a -= J.transpose() * (W * (x - expected));
+}
+
 Pose moved(const Pose& pose, const Vec6& step) {
   const Mat3 dR = so3_exp(step.head<3>());
   return make_pose(dR * rotation_of(pose), dR * translation_of(pose) + step.tail<3>());
@@ -120,7 +142,8 @@ void add_prior(const LensPrior& prior, const Lens& lens, Mat4* C, Vec4* c) {
 }  // namespace
 
 bool refine_pose(Span<const ModelLine> model, double f_px, Span<const FlatLine> lines, Instant instant,
-                 Span<const Assignment> assignments, const PoseRefinementOptions& options, Pose* pose, double* rms_px) {
+                 Span<const Assignment> assignments, const PosePrior* prior, const PoseRefinementOptions& options,
+                 Pose* pose, double* rms_px) {
   const std::size_t k = static_cast<std::size_t>(instant);
   Pose refined = *pose;
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
@@ -144,6 +167,7 @@ bool refine_pose(Span<const ModelLine> model, double f_px, Span<const FlatLine> 
     }
     if (!(weights > 0.0)) return false;
     A.diagonal() += step_information(refined, options.damping);
+    if (prior != nullptr) add_pose_prior(*prior, refined, &A, &a);
     const Vec6 step = A.ldlt().solve(a);
     if (!step.allFinite()) return false;
     refined = moved(refined, step);

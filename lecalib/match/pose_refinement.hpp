@@ -18,11 +18,22 @@ struct PoseRefinementOptions {
   double damping = 0.5;
 };
 
-/// Moves the pose to where the assigned lines want it, at one instant of the window.
+/// What the windows before and after say about a pose, as one sigma each. Depth is the weakest of an image's findings.
+struct PosePrior {
+  Pose mean;
+  double centre_m[3];      ///< point of the model to whose position the sigmas refer
+  double sigma_rad;        ///< of the rotation
+  double sigma_lateral_m;  ///< of the centre's position across the line of sight
+  double sigma_depth_m;    ///< along it
+};
+
+/// Moves the pose to where the assigned lines (and the prior) want it, at one instant of the window.
+/// @param prior may be null
 /// @param[out] rms_px of the residuals before the last step, robustly weighted; may be null
 /// @return false, *pose unchanged, when the normal equations cannot be solved
 bool refine_pose(Span<const ModelLine> model, double f_px, Span<const FlatLine> lines, Instant instant,
-                 Span<const Assignment> assignments, const PoseRefinementOptions& options, Pose* pose, double* rms_px);
+                 Span<const Assignment> assignments, const PosePrior* prior, const PoseRefinementOptions& options,
+                 Pose* pose, double* rms_px);
 
 /// One window for the refinement of the lens: its lines at its middle.
 struct LensView {

@@ -18,6 +18,11 @@ constexpr int kStepsPerGate = 2;
 constexpr std::size_t kMinLines = 4;
 /// One sigma of the focal length around its guess, relative.
 constexpr double kFocalSigma = 0.3;
+/// Of the best score in the window a guess must have this share at once, with the widest gate.
+constexpr double kHopelessShare = 0.4;
+/// A window is done when a guess explains this share of the model on so many lines.
+constexpr double kClearShare = 0.65;
+constexpr std::uint16_t kClearLines = 7;
 /// Seeds of one window count as the same one below these differences.
 constexpr double kSameRotation = 0.05;  ///< |R1 - R2|, Frobenius
 constexpr double kSameFocal = 0.05;     ///< relative
@@ -28,8 +33,8 @@ class SeedFit {
           const FlatFrame& frame, MatchScratch* scratch)
       : scene_(scene), lens_(lens), window_(window), flat_(flat), frame_(frame), scratch_(scratch) {}
 
-  /// Refines a guess in its window; @return false when too little of the model is found.
-  bool run(const PoseGuess& guess, const FocalRange& range, MatchSeed* out) {
+  /// Refines a guess in its window; @return false when too little of the model is found, or far less than `best_score`.
+  bool run(const PoseGuess& guess, const FocalRange& range, double best_score, MatchSeed* out) {
     Pose pose;
     std::copy(guess.R, guess.R + 9, pose.R);
     std::copy(guess.t, guess.t + 3, pose.t);
@@ -40,16 +45,18 @@ class SeedFit {
     Support support;
     for (std::size_t round = 0; round < kNumGates; ++round) {
       const Span<const Assignment> taken = assign(pose, round, &support);
-      if (support.lines < std::min(kMinLines, scene_.model.size())) return false;
+      if (support.lines < std::min(kMinLines, scene_.model.lines.size())) return false;
+      if (round == 0 && support.score < kHopelessShare * best_score) return false;
       if (!refine(taken, prior, &pose)) return false;
       if (!(lens_.f_px > 0.8 * range.min_px && lens_.f_px < 1.25 * range.max_px)) return false;
     }
     static_cast<void>(assign(pose, kNumGates - 1, &support));
-    if (support.lines < std::min(kMinLines, scene_.model.size())) return false;
+    if (support.lines < std::min(kMinLines, scene_.model.lines.size())) return false;
     out->pose = pose;
     out->f_px = lens_.f_px;
     out->score = support.score;
     out->num_lines = support.lines;
+    out->possible = support.possible;
     out->window = static_cast<std::uint16_t>(window_);
     out->tried = false;
     return true;
@@ -80,7 +87,7 @@ class SeedFit {
     LensViewSystem system;
     double cost = 0.0;
     for (int step = 0; step < kStepsPerGate; ++step) {
-      if (!refine_lens_step(scene_.model, Span<const LensView>(&view, 1), prior, options,
+      if (!refine_lens_step(scene_.model.lines, Span<const LensView>(&view, 1), prior, options,
                             Span<LensViewSystem>(&system, 1), &lens_, &cost)) {
         return false;
       }
@@ -117,12 +124,17 @@ void offer(const MatchSeed& seed, BoundedBest<MatchSeed>* seeds) {
 
 }  // namespace
 
-void seed_from_quad(const MatchScene& scene, const ModelGraph& graph, const Lens& lens, std::size_t window,
-                    Span<const FlatLine> flat, const FlatFrame& frame, const ImageQuad& quad,
-                    const QuadPoseOptions& options, MatchScratch* scratch, BoundedBest<MatchSeed>* seeds,
-                    SeedStats* stats) {
+void seed_from_quad(const MatchScene& scene, const Lens& lens, std::size_t window, Span<const FlatLine> flat,
+                    const FlatFrame& frame, const ImageQuad& quad, const QuadPoseOptions& options,
+                    MatchScratch* scratch, BoundedBest<MatchSeed>* seeds, SeedStats* stats) {
+  double best_score = 0.0;
+  for (const MatchSeed& seed : seeds->view()) {
+    if (seed.window != window) continue;
+    if (seed.num_lines >= kClearLines && seed.score >= kClearShare * seed.possible) return;
+    best_score = std::max(best_score, seed.score);
+  }
   ++stats->image_quads;
-  for (const ModelQuad& face : graph.quads) {
+  for (const ModelQuad& face : scene.model.quads) {
     for (int labeling = 0; labeling < kNumQuadLabelings; ++labeling) {
       PoseGuess guesses[kMaxQuadGuesses];
       const std::size_t count = guess_poses(quad, face, labeling, options, guesses);
@@ -130,8 +142,9 @@ void seed_from_quad(const MatchScene& scene, const ModelGraph& graph, const Lens
         ++stats->guesses;
         MatchSeed seed;
         SeedFit fit(scene, lens, window, flat, frame, scratch);
-        if (!fit.run(guesses[g], options.focal, &seed)) continue;
+        if (!fit.run(guesses[g], options.focal, best_score, &seed)) continue;
         ++stats->fits;
+        best_score = std::max(best_score, seed.score);
         offer(seed, seeds);
       }
     }

@@ -15,6 +15,7 @@ struct MatchSeed {
   Pose pose;
   double f_px;
   double score;  ///< Support::score in its window
+  double possible;
   std::uint16_t window;
   std::uint16_t num_lines;
   bool tried;
@@ -30,9 +31,8 @@ struct SeedStats {
 /// Tries one image quadrilateral on all faces of the model.
 /// @param flat,frame  of the window, seen through `lens` (its f_px is not used)
 /// @param[in,out] seeds best first; one that repeats a better one of the same window is not added
-void seed_from_quad(const MatchScene& scene, const ModelGraph& graph, const Lens& lens, std::size_t window,
-                    Span<const FlatLine> flat, const FlatFrame& frame, const ImageQuad& quad,
-                    const QuadPoseOptions& options, MatchScratch* scratch, BoundedBest<MatchSeed>* seeds,
-                    SeedStats* stats);
+void seed_from_quad(const MatchScene& scene, const Lens& lens, std::size_t window, Span<const FlatLine> flat,
+                    const FlatFrame& frame, const ImageQuad& quad, const QuadPoseOptions& options,
+                    MatchScratch* scratch, BoundedBest<MatchSeed>* seeds, SeedStats* stats);
 
 }  // namespace lecalib

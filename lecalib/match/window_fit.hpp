@@ -17,17 +17,20 @@ enum class FitStart : std::uint8_t {
 struct WindowFitOptions {
   double unit_px = 1.0;  ///< about a thousandth of the image's diagonal
   FitStart start = FitStart::far;
+  const PosePrior* prior = nullptr;  ///< from the windows around it; may be null
+  Span<const std::int8_t> contrast;  ///< as in AssignmentOptions
+  Span<const std::int8_t> line_contrast;
 };
 
 struct WindowFit {
-  Pose pose;                           ///< at the window's middle
-  Support support;                     ///< with the last gate
-  double rms_px = 0;                   ///< robust
-  Span<const Assignment> assignments;  ///< in the workspace
+  Pose pose;                     ///< at the window's middle
+  Support support;               ///< with the last gate
+  double rms_px = 0;             ///< robust
+  Span<Assignment> assignments;  ///< in the workspace
 };
 
 /// @return false, *out unchanged, when fewer than three model lines find a detected one
-bool fit_window(Span<const ModelLine> model, double f_px, const FlatFrame& frame, Span<const FlatLine> lines,
+bool fit_window(const ModelGraph& model, double f_px, const FlatFrame& frame, Span<const FlatLine> lines,
                 const Pose& start, const WindowFitOptions& options, AssignmentWorkspace* workspace, WindowFit* out);
 
 }  // namespace lecalib

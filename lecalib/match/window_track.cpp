@@ -4,46 +4,90 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lecalib/math/line_projection.hpp"
 #include "lecalib/math/so3.hpp"
 
 namespace lecalib {
 namespace {
 
-/// A motion is not extended over more than this many times the interval in which it was seen.
-constexpr double kMaxExtrapolation = 4.0;
 /// A window counts when this share of what the model could show in it is found ...
 constexpr double kMinScoreShare = 0.25;
 /// ... on at least so many model lines, or all but one of a smaller model.
 constexpr std::size_t kMinLines = 4;
+/// A match must hold at the window's begin and end, too: within so many units at each of its points.
+constexpr double kMaxEndUnits = 7.0;
 
-double middle_us(const WindowTimes& times, std::int64_t origin_us) {
-  return 0.5 * (static_cast<double>(times.begin_us - origin_us) + static_cast<double>(times.end_us - origin_us));
+std::size_t min_lines_of(const MatchScene& scene) { return std::min(kMinLines, scene.model.lines.size() - 1); }
+
+/// Removes assignments that do not hold at the instant; @return those that stay, in place.
+Span<Assignment> drop_misfits(const MatchScene& scene, const Pose& pose, double f_px, Span<const FlatLine> flat,
+                              Instant instant, Span<Assignment> assignments) {
+  const std::size_t k = static_cast<std::size_t>(instant);
+  const Mat3 R = rotation_of(pose);
+  const Vec3 t = translation_of(pose);
+  std::size_t count = 0;
+  for (const Assignment& assignment : assignments) {
+    const Vec3 N = line_in_camera(R, t, scene.model.lines[assignment.model_line]).moment;
+    const FlatLine& line = flat[assignment.line];
+    double worst = 0.0;
+    for (std::size_t q = 0; q < kLinePoints; ++q) {
+      worst = std::max(worst, std::abs(N.x() * line.x[k][q] + N.y() * line.y[k][q] + N.z() * f_px));
+    }
+    if (worst <= kMaxEndUnits * scene.unit_px * N.head<2>().norm()) assignments[count++] = assignment;
+  }
+  return assignments.first(count);
 }
 
-/// The pose after `share` times the motion from one pose to another, starting at `start`.
-Pose extend(const Pose& from, const Pose& to, double share, const Pose& start) {
-  const Mat3 dR = rotation_of(to) * rotation_of(from).transpose();
-  const Vec3 v = translation_of(to) - dR * translation_of(from);
-  const Mat3 step = so3_exp(share * so3_log(dR));
-  return make_pose(step * rotation_of(start), step * translation_of(start) + share * v);
-}
-
-/// Poses at both ends of a window, from its matches at the middle.
-void refine_ends(const MatchScene& scene, double f_px, Span<const FlatLine> flat, const WindowFit& fit, Pose* poses) {
+/// Poses at both ends of a window, from its matches at the middle. Matches that fit the middle but not the ends (their
+/// motion was measured wrongly) are taken out.
+Span<Assignment> refine_ends(const MatchScene& scene, double f_px, Span<const FlatLine> flat, const WindowFit& fit,
+                             Pose* poses) {
   PoseRefinementOptions options;
   options.sigma_floor_px = 0.5 * scene.unit_px;
-  options.loss_px = 2.0 * scene.unit_px;
-  for (const Instant instant : {Instant::begin, Instant::end}) {
-    Pose& pose = poses[static_cast<std::size_t>(instant)];
-    pose = fit.pose;
-    if (!refine_pose(scene.model, f_px, flat, instant, fit.assignments, options, &pose, nullptr)) pose = fit.pose;
+  options.loss_px = scene.unit_px;
+  options.iterations = 4;
+  const Instant ends[] = {Instant::begin, Instant::end};
+  const auto refine = [&](Span<const Assignment> assignments) {
+    for (const Instant instant : ends) {
+      Pose& pose = poses[static_cast<std::size_t>(instant)];
+      pose = fit.pose;
+      if (!refine_pose(scene.model.lines, f_px, flat, instant, assignments, nullptr, options, &pose, nullptr)) {
+        pose = fit.pose;
+      }
+    }
+  };
+  refine(fit.assignments);
+  Span<Assignment> kept = fit.assignments;
+  for (const Instant instant : ends) {
+    kept = drop_misfits(scene, poses[static_cast<std::size_t>(instant)], f_px, flat, instant, kept);
   }
+  if (kept.size() < fit.assignments.size()) refine(kept);
   poses[static_cast<std::size_t>(Instant::middle)] = fit.pose;
+  return kept;
+}
+
+std::uint16_t count_model_lines(Span<const Assignment> assignments) {
+  std::uint16_t count = 0;
+  for (std::size_t i = 0; i < assignments.size(); ++i) {
+    const Span<const Assignment> before = assignments.first(i);
+    const bool repeated = std::any_of(before.begin(), before.end(), [&](const Assignment& other) {
+      return other.model_line == assignments[i].model_line;
+    });
+    if (!repeated) ++count;
+  }
+  return count;
+}
+
+Span<const std::int8_t> line_contrasts(const MatchScene& scene, std::size_t window, Span<std::int8_t> out) {
+  const Span<const EventLine> lines = scene.lines_of(window);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    out[i] = static_cast<std::int8_t>(contrast_of(lines[i], scene.unit_px));
+  }
+  return out.first(lines.size());
 }
 
 bool is_enough(const MatchScene& scene, const Support& support) {
-  const std::size_t min_lines = std::min(kMinLines, scene.model.size() - 1);
-  return support.lines >= min_lines && support.score >= kMinScoreShare * support.possible;
+  return support.lines >= min_lines_of(scene) && support.score >= kMinScoreShare * support.possible;
 }
 
 }  // namespace
@@ -64,71 +108,60 @@ FlatFrame frame_of(const MatchScene& scene, const Optics& optics) {
   return optics.camera != nullptr ? flat_frame(*optics.camera) : flat_frame(optics.lens, scene.width, scene.height);
 }
 
-std::size_t predict_poses(const MatchScene& scene, const LineTrack& track, std::size_t window,
-                          Pose out[kMaxPredictions]) {
-  const std::int64_t origin_us = scene.times[0].begin_us;
-  const double now_us = middle_us(scene.times[window], origin_us);
-  const std::size_t none = track.windows.size();
-  std::size_t neighbour[2] = {none, none};
-  for (std::size_t w = 0; w < track.windows.size(); ++w) {
-    if (!track.windows[w].matched || w == window) continue;
-    if (w < window) neighbour[0] = w;
-    if (w > window && neighbour[1] == none) neighbour[1] = w;
-  }
-  std::size_t count = 0;
-  if (neighbour[0] != none && neighbour[1] != none) {
-    const Pose& before = track.windows[neighbour[0]].pose[1];
-    const Pose& after = track.windows[neighbour[1]].pose[1];
-    const double t0 = middle_us(scene.times[neighbour[0]], origin_us);
-    const double t1 = middle_us(scene.times[neighbour[1]], origin_us);
-    out[count++] = extend(before, after, t1 > t0 ? (now_us - t0) / (t1 - t0) : 0.5, before);
-  }
-  for (const std::size_t w : neighbour) {
-    if (w == none) continue;
-    const WindowTrack& near = track.windows[w];
-    const double span_us = static_cast<double>(scene.times[w].end_us - scene.times[w].begin_us);
-    const double share = span_us > 0.0 ? (now_us - middle_us(scene.times[w], origin_us)) / span_us : 0.0;
-    const double limited = std::min(kMaxExtrapolation, std::max(-kMaxExtrapolation, share));
-    out[count++] = extend(near.pose[0], near.pose[2], limited, near.pose[1]);
-    out[count++] = near.pose[1];
-  }
-  return count;
-}
-
 void match_window(const MatchScene& scene, std::size_t window, Span<const Pose> starts, FitStart from,
-                  MatchScratch* scratch, LineTrack* track, std::uint32_t* dropped) {
+                  const PosePrior* prior, bool use_contrast, MatchScratch* scratch, LineTrack* track,
+                  std::uint32_t* dropped) {
   const Span<const FlatLine> flat = flatten_window(scene, track->optics, window, scratch);
   const FlatFrame frame = frame_of(scene, track->optics);
   const double f_px = track->optics.f_px();
-  WindowTrack& result = track->windows[window];
-  result.matched = false;
-  result.score = 0.0;
-  result.possible = 0.0;
-  result.num_matches = 0;
-  result.num_lines = 0;
+  WindowTrack result{};
+  WindowFitOptions options;
+  options.unit_px = scene.unit_px;
+  options.start = from;
+  options.prior = prior;
+  if (use_contrast) {
+    options.contrast = scratch->contrast.first(scene.model.lines.size());
+    options.line_contrast = line_contrasts(scene, window, scratch->line_contrast);
+  }
   for (const Pose& start : starts) {
     WindowFit fit;
-    WindowFitOptions options;
-    options.unit_px = scene.unit_px;
-    options.start = from;
     if (!fit_window(scene.model, f_px, frame, flat, start, options, &scratch->assignment, &fit)) continue;
     if (!is_enough(scene, fit.support) || fit.support.score <= result.score) continue;
-    refine_ends(scene, f_px, flat, fit, result.pose);
+    Pose poses[kNumInstants];
+    const Span<const Assignment> kept = refine_ends(scene, f_px, flat, fit, poses);
+    const std::uint16_t num_lines = count_model_lines(kept);
+    if (num_lines < min_lines_of(scene)) continue;
+    std::copy(poses, poses + kNumInstants, result.pose);
     result.matched = true;
     result.score = fit.support.score;
     result.possible = fit.support.possible;
     result.rms_px = fit.rms_px;
-    result.num_lines = fit.support.lines;
-    result.num_matches = 0;
-    *dropped += fit.support.assignments_dropped;
-    for (const Assignment& assignment : fit.assignments) {
-      if (result.num_matches == track->matches_per_window) {
-        ++*dropped;
-        continue;
-      }
-      track->matches[window * track->matches_per_window + result.num_matches++] = {
-          static_cast<std::uint16_t>(window), assignment.line, assignment.model_line, assignment.flipped};
+    result.num_lines = num_lines;
+    const Span<const Assignment> stored = kept.first(track->matches_per_window);
+    result.num_matches = static_cast<std::uint16_t>(stored.size());
+    *dropped += fit.support.assignments_dropped + static_cast<std::uint32_t>(kept.size() - stored.size());
+    for (std::size_t i = 0; i < stored.size(); ++i) {
+      track->matches[window * track->matches_per_window + i] = {static_cast<std::uint16_t>(window), stored[i].line,
+                                                                stored[i].model_line, stored[i].flipped};
     }
+  }
+  track->windows[window] = result;
+}
+
+void decide_contrast(const MatchScene& scene, const LineTrack& track, MatchScratch* scratch) {
+  const Span<ContrastVote> votes = scratch->votes.first(scene.model.lines.size());
+  std::fill(votes.begin(), votes.end(), ContrastVote{});
+  for (std::size_t w = 0; w < track.windows.size(); ++w) {
+    if (!track.windows[w].matched) continue;
+    for (const LineMatch& match : track.matches_of(w)) {
+      const int contrast = contrast_of(scene.lines_of(w)[match.line], scene.unit_px);
+      if (contrast == 0) continue;
+      ContrastVote& vote = votes[match.model_line];
+      ++((contrast > 0) == match.flipped ? vote.negative : vote.positive);
+    }
+  }
+  for (std::size_t j = 0; j < votes.size(); ++j) {
+    scratch->contrast[j] = static_cast<std::int8_t>(decided_contrast(votes[j]));
   }
 }
 
@@ -143,7 +176,7 @@ bool refine_track_lens(const MatchScene& scene, const LensPrior& prior, MatchScr
   options.sigma_floor_px = 0.5 * scene.unit_px;
   options.loss_px = 2.0 * scene.unit_px;
   double cost = 0.0;
-  return refine_lens_step(scene.model, scratch->views.first(count), prior, options, scratch->systems,
+  return refine_lens_step(scene.model.lines, scratch->views.first(count), prior, options, scratch->systems,
                           &track->optics.lens, &cost);
 }
 

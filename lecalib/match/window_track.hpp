@@ -1,22 +1,19 @@
 // SPDX-License-Identifier: MIT
-/// A hypothesis about the camera and the object's motion, followed through the windows of a recording: each window's
-/// pose is predicted from its neighbours and fitted, then one lens is refined for all of them.
+/// A hypothesis about the camera and the object's motion in all windows of a recording: each window's pose is fitted
+/// from where it is expected, then one lens is refined for all of them.
 #pragma once
 
+#include "lecalib/match/contrast_votes.hpp"
 #include "lecalib/match/window_fit.hpp"
+#include "lecalib/match/window_motion.hpp"
 
 namespace lecalib {
-
-struct WindowTimes {
-  std::int64_t begin_us;
-  std::int64_t end_us;
-};
 
 /// What is looked at: the model and the lines of all windows.
 struct MatchScene {
   std::uint16_t width = 0, height = 0;
   double unit_px = 1.0;  ///< scale of all tolerances: a thousandth of the image's diagonal, not below a pixel
-  Span<const ModelLine> model;
+  ModelGraph model;
   Span<const EventLine> lines;           ///< of all windows, one after the other
   Span<const std::uint32_t> first_line;  ///< [windows + 1]
   Span<const WindowTimes> times;         ///< [windows]
@@ -32,17 +29,6 @@ struct Optics {
   const Camera* camera = nullptr;  ///< when set it replaces the lens
 
   [[nodiscard]] double f_px() const { return camera != nullptr ? camera->fx : lens.f_px; }
-};
-
-/// The hypothesis in one window.
-struct WindowTrack {
-  Pose pose[kNumInstants];  ///< by Instant
-  double score;             ///< Support::score
-  double possible;
-  double rms_px;
-  std::uint16_t num_lines;    ///< model lines matched
-  std::uint16_t num_matches;  ///< detected lines matched
-  bool matched;
 };
 
 /// The hypothesis in all windows.
@@ -62,9 +48,13 @@ struct LineTrack {
 
 struct MatchScratch {
   AssignmentWorkspace assignment;
-  Span<FlatLine> flat;           ///< [lines per window]
-  Span<LensView> views;          ///< [windows]
-  Span<LensViewSystem> systems;  ///< [windows]
+  Span<FlatLine> flat;              ///< [lines per window]
+  Span<LensView> views;             ///< [windows]
+  Span<LensViewSystem> systems;     ///< [windows]
+  Span<double> values;              ///< [windows]
+  Span<ContrastVote> votes;         ///< [model lines]
+  Span<std::int8_t> contrast;       ///< [model lines] decided ones
+  Span<std::int8_t> line_contrast;  ///< [lines per window]
 };
 
 /// Flat lines of a window, in the scratch.
@@ -72,18 +62,17 @@ Span<const FlatLine> flatten_window(const MatchScene& scene, const Optics& optic
                                     MatchScratch* scratch);
 FlatFrame frame_of(const MatchScene& scene, const Optics& optics);
 
-inline constexpr std::size_t kMaxPredictions = 5;
-
-/// Poses to expect at the middle of a window, from the nearest matched windows on both sides.
-/// @return their number, 0 when no window is matched yet
-std::size_t predict_poses(const MatchScene& scene, const LineTrack& track, std::size_t window,
-                          Pose out[kMaxPredictions]);
-
 /// Fits one window from each of the starts and keeps the best fit, if it is good enough; else the window counts as
 /// lost.
+/// @param prior may be null
+/// @param use_contrast a match must not contradict the contrasts that were decided
 /// @param[in,out] dropped matches beyond the capacity are added
 void match_window(const MatchScene& scene, std::size_t window, Span<const Pose> starts, FitStart from,
-                  MatchScratch* scratch, LineTrack* track, std::uint32_t* dropped);
+                  const PosePrior* prior, bool use_contrast, MatchScratch* scratch, LineTrack* track,
+                  std::uint32_t* dropped);
+
+/// Decides from all matches of a track which side of each model line is the brighter one: MatchScratch::contrast.
+void decide_contrast(const MatchScene& scene, const LineTrack& track, MatchScratch* scratch);
 
 /// One refinement step of the lens and of all matched windows' middle poses.
 /// @return false when nothing was or could be refined

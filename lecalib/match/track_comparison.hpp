@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "lecalib/match/window_track.hpp"
+
+namespace lecalib {
+
+/// True when two hypotheses say the same about the detected lines, up to a symmetry of the model (a sheet turned by
+/// half a turn): they give the same lines to the model, and any two of them keep their distance when one labeling is
+/// replaced by the other.
+bool is_same_matching(const MatchScene& scene, const LineTrack& a, const LineTrack& b);
+
+}  // namespace lecalib
