@@ -21,9 +21,9 @@ inline constexpr int kCloudCellPx = 1 << kCloudCellShift;
 
 /// Cells of the grid over a sensor.
 constexpr std::size_t cloud_cells(std::uint16_t width, std::uint16_t height) noexcept {
-  constexpr int round_up = kCloudCellPx - 1;
-  return static_cast<std::size_t>((width + round_up) >> kCloudCellShift) *
-         static_cast<std::size_t>((height + round_up) >> kCloudCellShift);
+  constexpr int kRoundUp = kCloudCellPx - 1;
+  return static_cast<std::size_t>((width + kRoundUp) >> kCloudCellShift) *
+         static_cast<std::size_t>((height + kRoundUp) >> kCloudCellShift);
 }
 
 /// A window's events as points, ordered by polarity (OFF first), then by grid cell (row-major), then by time.

@@ -53,7 +53,7 @@ class Grower {
   /// Grows one region from a free point; its members follow at ws.members[first].
   Region grow(std::uint32_t seed, std::uint32_t first) {
     const SurfacePoint& point = points_[seed];
-    Region region{};
+    Region region;
     region.origin = region.centre = point.position;
     region.normal = point.normal;
     region.variance = point.variance;

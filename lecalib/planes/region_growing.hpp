@@ -32,14 +32,14 @@ struct RegionStats {
 /// A plane while it grows.
 struct Region {
   PlaneMoments moments;  ///< relative to origin
-  Point3 origin;         ///< the seed
-  Point3 centre;         ///< of the plane as last fitted
-  Point3 normal;
-  float variance;
-  float min_x, max_x, min_y, max_y;
-  std::uint32_t first, count;  ///< members
-  std::uint32_t parent;        ///< region that it was merged into, or itself
-  std::uint8_t polarity;
+  Point3 origin{};       ///< the seed
+  Point3 centre{};       ///< of the plane as last fitted
+  Point3 normal{};
+  float variance = 0;
+  float min_x = 0, max_x = 0, min_y = 0, max_y = 0;
+  std::uint32_t first = 0, count = 0;  ///< members
+  std::uint32_t parent = 0;            ///< region that it was merged into, or itself
+  std::uint8_t polarity = 0;
 };
 
 struct RegionCapacities {

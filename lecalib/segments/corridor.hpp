@@ -21,13 +21,15 @@ struct LineEvent {
 
 namespace detail {
 
+/// A pixel covers this much on each side of its coordinates, px.
+inline constexpr float kHalfPixel = 0.5F;
+
 /// Columns of cells that a convex quadrilateral touches in one row of the grid; false when it does not.
 struct Quadrilateral {
   float x[4], y[4];
 
   [[nodiscard]] bool columns(int row, int num_cols, int* first, int* last) const noexcept {
-    // A pixel covers half a px on each side of its coordinates.
-    const auto top = static_cast<float>(row * kCloudCellPx) - 0.5F;
+    const auto top = static_cast<float>(row * kCloudCellPx) - kHalfPixel;
     const float bottom = top + static_cast<float>(kCloudCellPx);
     float low = 1e9F;
     float high = -1e9F;
@@ -45,9 +47,9 @@ struct Quadrilateral {
       low = std::min(low, std::min(x1, x2));
       high = std::max(high, std::max(x1, x2));
     }
-    if (high < low || high < -0.5F) return false;
-    *first = std::max(0, static_cast<int>((low + 0.5F)) >> kCloudCellShift);
-    *last = std::min(num_cols - 1, static_cast<int>((high + 0.5F)) >> kCloudCellShift);
+    if (high < low || high < -kHalfPixel) return false;
+    *first = std::max(0, static_cast<int>(low + kHalfPixel) >> kCloudCellShift);
+    *last = std::min(num_cols - 1, static_cast<int>(high + kHalfPixel) >> kCloudCellShift);
     return *first <= *last;
   }
 };
@@ -78,14 +80,16 @@ void for_each_near_line(const EventCloud& cloud, const MovingLine& line, float s
   constexpr float kPiecePx = 64;  // short enough that turn and bend do not widen the swept area much
   const std::size_t base = polarity != 0 ? cloud.cells() : 0;
   const float tau_per_z = 2.0F / cloud.depth_px;
-  for (float piece = s0; piece < s1; piece += kPiecePx) {
+  const int pieces = s1 > s0 ? static_cast<int>((s1 - s0) / kPiecePx) + 1 : 0;
+  for (int i_piece = 0; i_piece < pieces; ++i_piece) {
+    const float piece = s0 + static_cast<float>(i_piece) * kPiecePx;
     const float piece_end = std::min(piece + kPiecePx, s1);
     const detail::Quadrilateral area = detail::swept_area(line, piece, piece_end, band_px);
     const float top = std::min(std::min(area.y[0], area.y[1]), std::min(area.y[2], area.y[3]));
     const float bottom = std::max(std::max(area.y[0], area.y[1]), std::max(area.y[2], area.y[3]));
     if (bottom < 0 || top > static_cast<float>(cloud.height)) continue;
-    const int first_row = std::max(0, static_cast<int>(top + 0.5F) >> kCloudCellShift);
-    const int last_row = std::min(cloud.rows - 1, static_cast<int>(bottom + 0.5F) >> kCloudCellShift);
+    const int first_row = std::max(0, static_cast<int>(top + detail::kHalfPixel) >> kCloudCellShift);
+    const int last_row = std::min(cloud.rows - 1, static_cast<int>(bottom + detail::kHalfPixel) >> kCloudCellShift);
     for (int row = first_row; row <= last_row; ++row) {
       int first_col = 0;
       int last_col = 0;

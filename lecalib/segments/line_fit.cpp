@@ -33,6 +33,12 @@ constexpr int kMinPatches = 3;
 constexpr float kMaxEndMotion = 0.25F;  // of the length, during the window
 constexpr float kMinEndMotionPx = 6;    // less is within the extents' own error
 
+/// Rows of the histogram per unit of tau, whose range is 2.
+constexpr float kRowsPerTau = 0.5F * static_cast<float>(kHistogramRows);
+
+/// The nearest integer.
+int nearest(float value) { return static_cast<int>(std::floor(value + 0.5F)); }
+
 class LineFitter {
  public:
   LineFitter(const EventCloud& cloud, const LineFitOptions& options, const LineWorkspace& workspace,
@@ -122,8 +128,8 @@ class LineFitter {
       }
       const int bin = static_cast<int>((ws_.along[k] - histogram_start_) / kHistogramBinPx);
       if (ws_.along[k] < histogram_start_ || bin >= num_bins_) continue;
-      const int row = std::clamp(static_cast<int>((tau(ws_.index[k]) + 1) * (kHistogramRows / 2)), 0,
-                                 static_cast<int>(kHistogramRows) - 1);
+      const int row =
+          std::clamp(static_cast<int>((tau(ws_.index[k]) + 1) * kRowsPerTau), 0, static_cast<int>(kHistogramRows) - 1);
       std::uint16_t& counted = count_at(row, bin);
       counted = static_cast<std::uint16_t>(counted + (counted < kMaxCount ? 1 : 0));
       ++on_line[row];
@@ -146,9 +152,9 @@ class LineFitter {
     return floor * 2 * half_width * line_.length();
   }
 
-  std::uint16_t& count_at(int row, int bin) const {
-    return ws_.histogram[static_cast<std::size_t>(
-        row * (static_cast<int>(ws_.histogram.size()) / static_cast<int>(kHistogramRows)) + bin)];
+  [[nodiscard]] std::uint16_t& count_at(int row, int bin) const {
+    const std::size_t row_length = ws_.histogram.size() / kHistogramRows;
+    return ws_.histogram[static_cast<std::size_t>(row) * row_length + static_cast<std::size_t>(bin)];
   }
   /// Events in a bin, in one half of the window.
   [[nodiscard]] int half_count(int half, int bin) const {
@@ -166,7 +172,7 @@ class LineFitter {
     for (int b = 0; b < num_bins_; ++b) filled += half_count(half, b) > 0 ? 1 : 0;
     if (filled == 0) return false;
     const float mean = static_cast<float>(half_sum(half, 0, num_bins_)) / static_cast<float>(filled);
-    const int run = std::clamp(static_cast<int>(3 / mean + 0.5F), 1, 8);  // bins that hold three events on average
+    const int run = std::clamp(nearest(3 / mean), 1, 8);  // bins that hold three events on average
     const float need = std::max(kEndDensity * mean * static_cast<float>(run), 1.0F);
     const auto supported = [&](int near, int far) {
       return static_cast<float>(half_sum(half, near, run)) >= need &&
@@ -221,8 +227,7 @@ class LineFitter {
     if (end - first < 2 * kMinPatches) return false;
     const int total = half_sum(0, first, end - first) + half_sum(1, first, end - first);
     const float per_bin = static_cast<float>(total) / static_cast<float>(end - first);
-    const int width =
-        std::max(2, std::min(static_cast<int>(kEventsPerPatch / std::max(per_bin, 0.1F) + 0.5F), (end - first) / 5));
+    const int width = std::max(2, std::min(nearest(kEventsPerPatch / std::max(per_bin, 0.1F)), (end - first) / 5));
     int patches = 0;
     int empty = 0;
     for (int b = first; b + width <= end; b += width) {
@@ -295,7 +300,8 @@ EventLine to_event_line(const EventCloud& cloud, const MovingLine& line, const L
   out.sigma_begin_px = end_sigma(line, 0, systematic2);
   out.sigma_end_px = end_sigma(line, 1, systematic2);
   out.events = line.events;
-  out.polarity = line.polarities == 3 ? 0 : line.polarities == 2 ? 1 : -1;
+  constexpr std::int8_t kPolarities[4] = {0, -1, 1, 0};  // by the bits of MovingLine::polarities
+  out.polarity = kPolarities[line.polarities & 3U];
   return out;
 }
 

@@ -2,6 +2,7 @@
 #include "lecalib/segments/line_growth.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "lecalib/segments/corridor.hpp"
 
@@ -97,7 +98,7 @@ class LineGrower {
     const float need =
         std::max(std::max(options_.min_density * before * kBinPx, 0.6F), options_.min_over_noise * noise);
     const float gap_px = options_.gap_events / std::max(before, 0.05F);
-    const int max_gap = static_cast<int>(std::clamp(gap_px, kBinPx, options_.max_gap_px) / kBinPx + 0.5F);
+    const int max_gap = static_cast<int>(std::floor(std::clamp(gap_px, kBinPx, options_.max_gap_px) / kBinPx + 0.5F));
     const int bins = std::min(static_cast<int>((to - from) / kBinPx + 0.999F), kMaxBins);
 
     Reach reach;

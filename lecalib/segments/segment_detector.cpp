@@ -34,7 +34,7 @@ class DensityImage {
   void build(Span<const PlanePoint> points) {
     choose_grid(points);
     const std::size_t size = static_cast<std::size_t>(cols_) * static_cast<std::size_t>(rows_);
-    std::fill(ws_.row.begin(), ws_.row.begin() + size, 0.0F);
+    std::fill(ws_.counts.begin(), ws_.counts.begin() + size, 0.0F);
     for (const PlanePoint& p : points) splat(p);
     smooth();
     differentiate();
@@ -76,17 +76,17 @@ class DensityImage {
     const int r = static_cast<int>(row);
     const float fc = col - static_cast<float>(c);
     const float fr = row - static_cast<float>(r);
-    ws_.row[at(c, r)] += (1 - fc) * (1 - fr);
-    ws_.row[at(c + 1, r)] += fc * (1 - fr);
-    ws_.row[at(c, r + 1)] += (1 - fc) * fr;
-    ws_.row[at(c + 1, r + 1)] += fc * fr;
+    ws_.counts[at(c, r)] += (1 - fc) * (1 - fr);
+    ws_.counts[at(c + 1, r)] += fc * (1 - fr);
+    ws_.counts[at(c, r + 1)] += (1 - fc) * fr;
+    ws_.counts[at(c + 1, r + 1)] += fc * fr;
   }
 
   /// 3 x 3 binomial; the outermost cells stay empty.
   void smooth() {
     for (std::size_t i = 0; i < size(); ++i) ws_.image[i] = {};
     const auto line = [&](int c, int r) {
-      return ws_.row[at(c - 1, r)] + 2 * ws_.row[at(c, r)] + ws_.row[at(c + 1, r)];
+      return ws_.counts[at(c - 1, r)] + 2 * ws_.counts[at(c, r)] + ws_.counts[at(c + 1, r)];
     };
     for (int r = 1; r + 1 < rows_; ++r) {
       for (int c = 1; c + 1 < cols_; ++c) {

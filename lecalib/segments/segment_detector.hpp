@@ -48,7 +48,7 @@ struct SegmentCapacities {
 
 struct SegmentWorkspace {
   Span<DensityCell> image;    ///< [cells]
-  Span<float> row;            ///< [cells] the density before it is smoothed
+  Span<float> counts;         ///< [cells] points in each cell
   Span<std::uint16_t> order;  ///< [cells] cells by gradient, largest first
   Span<std::uint16_t> queue;  ///< [cells] members of the growing region
   Span<std::uint8_t> taken;   ///< [cells]
@@ -56,7 +56,7 @@ struct SegmentWorkspace {
 
 template <class Carver>
 constexpr bool carve(Carver& carver, const SegmentCapacities& capacities, SegmentWorkspace* out) {
-  return carver.carve(capacities.cells, &out->image) && carver.carve(capacities.cells, &out->row) &&
+  return carver.carve(capacities.cells, &out->image) && carver.carve(capacities.cells, &out->counts) &&
          carver.carve(capacities.cells, &out->order) && carver.carve(capacities.cells, &out->queue) &&
          carver.carve(capacities.cells, &out->taken);
 }
