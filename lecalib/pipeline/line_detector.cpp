@@ -69,30 +69,95 @@ Status guess_lines(const EventCloud& cloud, Span<const EventPlane> planes, const
   return Status::ok;
 }
 
-/// Grows and fits each guess on the events that no line has taken yet. @return how many lines were accepted
+/// Grows and fits lines, each on the events that no line has taken yet.
+class LineCollector {
+ public:
+  LineCollector(const EventCloud& cloud, const DetectorOptions& options, const DetectorWorkspace& workspace,
+                DetectorStats* stats)
+      : cloud_(cloud), options_(options), ws_(workspace), stats_(stats) {
+    std::fill(ws_.fit.owner.begin(), ws_.fit.owner.begin() + cloud.size(), std::uint8_t{0});
+  }
+
+  [[nodiscard]] bool full() const { return count_ == ws_.lines.size(); }
+  [[nodiscard]] std::size_t count() const { return count_; }
+
+  /// @return whether the guess became a line
+  bool add(MovingLine line) {
+    if (!grow_line(cloud_, options_.growth, options_.fit.priors, ws_.fit, &line)) {
+      ++stats_->guesses_repeated;
+      return false;
+    }
+    const FitClaim claim{static_cast<std::uint8_t>(count_ + 1), {0, 0}, 1};
+    const FitOutcome outcome = fit_line(cloud_, options_.fit, ws_.fit, claim, &line);
+    ++stats_->fits[static_cast<std::size_t>(outcome)];
+    if (outcome != FitOutcome::accepted) return false;
+    ws_.lines[count_++] = line;
+    return true;
+  }
+
+ private:
+  const EventCloud& cloud_;
+  const DetectorOptions& options_;
+  const DetectorWorkspace& ws_;
+  DetectorStats* stats_;
+  std::size_t count_ = 0;
+};
+
+/// Lines from the guesses of the planes. @return how many
 std::size_t fit_guesses(const EventCloud& cloud, Span<const PlaneLine> guesses, const DetectorOptions& options,
                         const DetectorWorkspace& ws, DetectorStats* stats) {
   const StageTimer timer(options.clock_ns, DetectorStage::lines, stats);
-  std::fill(ws.fit.owner.begin(), ws.fit.owner.begin() + cloud.size(), std::uint8_t{0});
-  std::size_t count = 0;
+  LineCollector lines(cloud, options, ws, stats);
   for (const PlaneLine& guess : guesses) {
-    if (count == ws.lines.size()) {
+    if (lines.full()) {
       ++stats->lines_dropped;
       continue;
     }
     MovingLine line;
     if (!line_between(guess.begin, guess.end, &line)) continue;
     line.polarities = guess.polarity != 0 ? 2 : 1;
-    if (!grow_line(cloud, options.growth, options.fit.priors, ws.fit, &line)) {
-      ++stats->guesses_repeated;
+    lines.add(line);
+  }
+  return lines.count();
+}
+
+/// Lines from blocks of cells that look like an edge. @return how many
+std::size_t fit_seeds(const EventCloud& cloud, const DetectorOptions& options, const DetectorWorkspace& ws,
+                      DetectorStats* stats) {
+  std::size_t num_seeds = 0;
+  {
+    const StageTimer timer(options.clock_ns, DetectorStage::seeds, stats);
+    num_seeds = rank_seeds(cloud, options.seeds, ws.seeds, &stats->guesses_dropped);
+  }
+  const StageTimer timer(options.clock_ns, DetectorStage::lines, stats);
+  stats->guesses = static_cast<std::uint32_t>(num_seeds);
+  LineCollector lines(cloud, options, ws, stats);
+  std::uint32_t failures = 0;
+  for (const CellSeed& seed : ws.seeds.seeds.first(num_seeds)) {
+    if (lines.full() || failures > options.max_failures) {
+      ++stats->guesses_dropped;
       continue;
     }
-    const FitClaim claim{static_cast<std::uint8_t>(count + 1), {0, 0}, 1};
-    const FitOutcome outcome = fit_line(cloud, options.fit, ws.fit, claim, &line);
-    ++stats->fits[static_cast<std::size_t>(outcome)];
-    if (outcome == FitOutcome::accepted) ws.lines[count++] = line;
+    MovingLine line;
+    if (has_failed(cloud, ws.seeds, seed) || !refine_seed(cloud, options.seeds, seed, ws.fit.owner, &line)) continue;
+    if (lines.add(line)) continue;
+    mark_failed(cloud, ws.seeds, seed);
+    ++failures;
   }
-  return count;
+  return lines.count();
+}
+
+/// Lines by the chain of [Liu24] section 3.1.
+Status find_lines_by_planes(const EventCloud& cloud, const DetectorOptions& options, const DetectorWorkspace& ws,
+                            std::size_t* num_lines, DetectorStats* stats) {
+  std::size_t num_planes = 0;
+  Status status = find_planes(cloud, options, ws, &num_planes, stats);
+  if (status != Status::ok) return status;
+  std::size_t num_guesses = 0;
+  status = guess_lines(cloud, ws.planes.first(num_planes), options, ws, &num_guesses, stats);
+  if (status != Status::ok) return status;
+  *num_lines = fit_guesses(cloud, ws.guesses.first(num_guesses), options, ws, stats);
+  return Status::ok;
 }
 
 std::size_t write_lines(const EventCloud& cloud, Span<MovingLine> lines, const LineFitOptions& options,
@@ -114,6 +179,7 @@ const char* to_string(DetectorStage stage) noexcept {
     case DetectorStage::normals: return "normals";
     case DetectorStage::planes: return "planes";
     case DetectorStage::segments: return "segments";
+    case DetectorStage::seeds: return "seeds";
     case DetectorStage::lines: return "lines";
     case DetectorStage::merge: return "merge";
   }
@@ -134,13 +200,13 @@ Status detect_lines(const EventWindow& window, const DetectorOptions& options, D
     const Status status = build_cloud(window, options.cloud, ws.cloud, &cloud, &stats->cloud);
     if (status != Status::ok) return status;
   }
-  std::size_t num_planes = 0;
-  Status status = find_planes(cloud, options, ws, &num_planes, stats);
-  if (status != Status::ok) return status;
-  std::size_t num_guesses = 0;
-  status = guess_lines(cloud, ws.planes.first(num_planes), options, ws, &num_guesses, stats);
-  if (status != Status::ok) return status;
-  std::size_t num_lines = fit_guesses(cloud, ws.guesses.first(num_guesses), options, ws, stats);
+  std::size_t num_lines = 0;
+  if (options.kind == DetectorKind::fast) {
+    num_lines = fit_seeds(cloud, options, ws, stats);
+  } else {
+    const Status status = find_lines_by_planes(cloud, options, ws, &num_lines, stats);
+    if (status != Status::ok) return status;
+  }
   {
     const StageTimer timer(options.clock_ns, DetectorStage::merge, stats);
     stats->lines_merged = static_cast<std::uint32_t>(

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-/// The detector of [Liu24] section 3.1: from the events of a window to the lines at its begin and its end.
+/// From the events of a window to the lines at its begin and its end, by one of two detectors:
 ///
-///     events -> cloud (x, y, t/c_z) -> normals -> planes -> rims in each plane -> lines at begin and end
+///     reference: events -> cloud (x, y, t/c_z) -> normals -> planes -> rims in each plane -> growth -> fit -> merge
+///     fast:      events -> cloud -> sums over cells -> seeds                              -> growth -> fit -> merge
 ///
-/// The paper's chain gives the guesses; the lines themselves come from a fit to all events near by that lets the line
-/// turn and bend, because a turning line sweeps a helicoid and distortion bends it.
+/// The reference takes its guesses from the chain of [Liu24] section 3.1, the fast one from blocks of cells that look
+/// like an edge. The lines themselves come, in both, from a fit to all events near by that lets the line turn and bend,
+/// because a turning line sweeps a helicoid and distortion bends it.
 #pragma once
 
 #include <cstddef>
@@ -17,6 +19,7 @@
 #include "lecalib/planes/cloud.hpp"
 #include "lecalib/planes/pca_normals.hpp"
 #include "lecalib/planes/region_growing.hpp"
+#include "lecalib/segments/cell_seeds.hpp"
 #include "lecalib/segments/line_fit.hpp"
 #include "lecalib/segments/line_growth.hpp"
 #include "lecalib/segments/line_merge.hpp"
@@ -25,12 +28,18 @@
 
 namespace lecalib {
 
+enum class DetectorKind : std::uint8_t { fast, reference };
+
 /// Defaults are good for any sensor; only its size must be given. Ranges stand with the fields.
 struct DetectorOptions {
+  DetectorKind kind = DetectorKind::fast;
   CloudOptions cloud;  ///< cloud.width and cloud.height: the sensor's size, px
   NormalOptions normals;
   RegionOptions regions;
   SegmentOptions segments;
+  SeedOptions seeds;
+  /// Growths that may fail in a window before the fast detector gives up: bounds the cost of texture.
+  std::uint32_t max_failures = 400;
   GrowthOptions growth;
   LineFitOptions fit;
   MergeOptions merge;
@@ -38,8 +47,8 @@ struct DetectorOptions {
   std::uint64_t (*clock_ns)() = nullptr;
 };
 
-enum class DetectorStage : std::uint8_t { cloud, normals, planes, segments, lines, merge };
-inline constexpr std::size_t kNumDetectorStages = 6;
+enum class DetectorStage : std::uint8_t { cloud, normals, planes, segments, seeds, lines, merge };
+inline constexpr std::size_t kNumDetectorStages = 7;
 /// The stage's name, e.g. "normals". Never null.
 const char* to_string(DetectorStage stage) noexcept;
 
@@ -50,7 +59,7 @@ struct DetectorStats {
   RegionStats regions;
   SegmentStats segments;
   std::uint32_t planes_of_constant_time = 0;  ///< flashes
-  std::uint32_t guesses = 0;                  ///< lines that planes gave
+  std::uint32_t guesses = 0;                  ///< lines that planes gave, or seeds
   std::uint32_t guesses_dropped = 0;          ///< for want of room
   std::uint32_t guesses_repeated = 0;         ///< their events belong to a line already, or there are too few
   std::uint32_t fits[kNumFitOutcomes] = {};   ///< by FitOutcome
@@ -61,10 +70,11 @@ struct DetectorStats {
 
 struct DetectorCapacities {
   std::size_t events = 60000;          ///< of a window; more are thinned evenly
-  std::size_t surface_points = 20000;  ///< events whose normal is taken, evenly spread
-  std::size_t regions = 512;
-  std::size_t lines = 128;         ///< 1 to kMaxLines
-  std::size_t image_cells = 8192;  ///< of a plane's density image, 64 to 65535
+  std::size_t seeds = 4096;            ///< of the fast detector; the best are kept
+  std::size_t surface_points = 20000;  ///< of the reference: events whose normal is taken; 0 without it
+  std::size_t regions = 512;           ///< of the reference; 0 without it
+  std::size_t lines = 128;             ///< 1 to kMaxLines
+  std::size_t image_cells = 8192;      ///< of a plane's density image, 64 to 65535
   std::uint16_t width = 1280, height = 720;
 };
 
@@ -81,6 +91,7 @@ struct DetectorWorkspace {
   Span<PlaneSegment> rims;     ///< [kMaxRims]
   SegmentWorkspace segments;
   LineWorkspace fit;
+  SeedWorkspace seeds;
 };
 
 /// Rims of one plane that are looked at.
@@ -103,7 +114,10 @@ constexpr bool carve(Carver& carver, const DetectorCapacities& capacities, Detec
       carve(carver, SegmentCapacities{capacities.image_cells}, &out->segments);
   const std::size_t planes_end = carver.mark();
   carver.rewind(shared);
-  if (!planes_fit || !carve(carver, lines, &out->fit)) return false;
+  if (!planes_fit || !carve(carver, lines, &out->fit) ||
+      !carve(carver, SeedCapacities{capacities.seeds, capacities.width, capacities.height}, &out->seeds)) {
+    return false;
+  }
   // Whoever carves next must come after the longer part.
   Span<std::byte> rest;
   return planes_end <= carver.mark() || carver.carve(planes_end - carver.mark(), &rest);

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/segments/cell_seeds.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lecalib {
+namespace {
+
+constexpr float kCell = kCloudCellPx;
+constexpr float kHalfCell = 0.5F * kCell;
+constexpr float kScoreFloorPx2 = 0.25F;    // thickness below which all edges are equally sharp: the pixel grid's
+constexpr float kMinTimeVariance = 1e-3F;  // of tau: events of one instant tell no speed
+constexpr float kMinVariancePx2 = 0.05F;
+constexpr int kRefineRounds = 4;
+
+/// The edge of a block: a line that moves with (vx, vy) per unit of tau.
+struct BlockEdge {
+  float mx, my, mt;     ///< mean
+  float ux, uy;         ///< unit direction
+  float speed;          ///< across the line, along (-uy, ux), px per unit of tau
+  float across, along;  ///< variances, px^2
+};
+
+void add_event(CellMoments* m, float x, float y, float t) {
+  m->n += 1;
+  m->x += x;
+  m->y += y;
+  m->t += t;
+  m->xx += x * x;
+  m->xy += x * y;
+  m->yy += y * y;
+  m->xt += x * t;
+  m->yt += y * t;
+  m->tt += t * t;
+}
+
+/// Adds a cell's sums to a block's, whose origin lies (-dx, -dy) from the cell's.
+void add_cell(CellMoments* m, const CellMoments& cell, float dx, float dy) {
+  m->n += cell.n;
+  m->x += cell.x + cell.n * dx;
+  m->y += cell.y + cell.n * dy;
+  m->t += cell.t;
+  m->xx += cell.xx + 2 * dx * cell.x + cell.n * dx * dx;
+  m->yy += cell.yy + 2 * dy * cell.y + cell.n * dy * dy;
+  m->xy += cell.xy + dx * cell.y + dy * cell.x + cell.n * dx * dy;
+  m->xt += cell.xt + dx * cell.t;
+  m->yt += cell.yt + dy * cell.t;
+  m->tt += cell.tt;
+}
+
+/// @return false when the events have no direction
+bool edge_of(const CellMoments& m, BlockEdge* out) {
+  const float inverse = 1 / m.n;
+  BlockEdge edge{};
+  edge.mx = m.x * inverse;
+  edge.my = m.y * inverse;
+  edge.mt = m.t * inverse;
+  const float tt = m.tt * inverse - edge.mt * edge.mt;
+  const float xt = m.xt * inverse - edge.mx * edge.mt;
+  const float yt = m.yt * inverse - edge.my * edge.mt;
+  const float per_variance = 1 / (tt + kMinTimeVariance);
+  const float vx = xt * per_variance;
+  const float vy = yt * per_variance;
+  const float a = m.xx * inverse - edge.mx * edge.mx - vx * xt;
+  const float b = m.xy * inverse - edge.mx * edge.my - vx * yt;
+  const float c = m.yy * inverse - edge.my * edge.my - vy * yt;
+  const float half = 0.5F * (a - c);
+  const float root = std::sqrt(half * half + b * b);
+  edge.across = 0.5F * (a + c) - root;
+  edge.along = 0.5F * (a + c) + root;
+  // Of the two forms of the larger eigenvalue's vector, the one that does not cancel.
+  const float dx = half >= 0 ? half + root : b;
+  const float dy = half >= 0 ? b : root - half;
+  const float square = dx * dx + dy * dy;
+  if (!(square > 1e-12F)) return false;
+  const float scale = 1 / std::sqrt(square);
+  edge.ux = dx * scale;
+  edge.uy = dy * scale;
+  edge.speed = vy * edge.ux - vx * edge.uy;
+  *out = edge;
+  return true;
+}
+
+float cell_centre(std::size_t index) { return static_cast<float>(index) * kCell + kHalfCell - 0.5F; }
+
+/// Sums of one row of cells of one polarity.
+void sum_row(const EventCloud& cloud, std::size_t first_cell, std::size_t row, CellMoments* out) {
+  const float tau_per_z = 2.0F / cloud.depth_px;
+  const float oy = cell_centre(row);
+  for (std::size_t col = 0; col < cloud.cols; ++col) {
+    CellMoments m{};
+    const std::size_t cell = first_cell + row * cloud.cols + col;
+    const float ox = cell_centre(col);
+    for (std::uint32_t i = cloud.cell_start[cell]; i < cloud.cell_start[cell + 1]; ++i) {
+      add_event(&m, cloud.x[i] - ox, cloud.y[i] - oy, cloud.z[i] * tau_per_z - 1);
+    }
+    out[col] = m;
+  }
+}
+
+bool better(const CellSeed& a, const CellSeed& b) {
+  return a.score > b.score || (a.score == b.score && a.block < b.block);
+}
+
+/// Keeps the best seeds of a full heap.
+void keep(const SeedWorkspace& ws, const CellSeed& seed, std::size_t* count, std::uint32_t* dropped) {
+  if (*count < ws.seeds.size()) {
+    ws.seeds[(*count)++] = seed;
+    std::push_heap(ws.seeds.begin(), ws.seeds.begin() + *count, better);
+    return;
+  }
+  ++*dropped;
+  if (ws.seeds.empty() || !better(seed, ws.seeds[0])) return;
+  std::pop_heap(ws.seeds.begin(), ws.seeds.end(), better);
+  ws.seeds[*count - 1] = seed;
+  std::push_heap(ws.seeds.begin(), ws.seeds.end(), better);
+}
+
+/// Sums of the block's free events within `band_px` of the edge (all of them where edge is null).
+/// @return free events of the block
+float sum_block(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner, float ox, float oy,
+                const BlockEdge* edge, float band_px, CellMoments* out) {
+  const float tau_per_z = 2.0F / cloud.depth_px;
+  *out = {};
+  float free_events = 0;
+  for (const std::uint32_t cell : {block, block + cloud.cols}) {
+    for (std::uint32_t i = cloud.cell_start[cell]; i < cloud.cell_start[cell + 2]; ++i) {
+      if (owner[i] != 0) continue;
+      ++free_events;
+      const float x = cloud.x[i] - ox;
+      const float y = cloud.y[i] - oy;
+      const float t = cloud.z[i] * tau_per_z - 1;
+      if (edge != nullptr) {
+        const float d = (y - edge->my) * edge->ux - (x - edge->mx) * edge->uy - (t - edge->mt) * edge->speed;
+        if (d > band_px || d < -band_px) continue;
+      }
+      add_event(out, x, y, t);
+    }
+  }
+  return free_events;
+}
+
+/// Whether the band holds more events than chance would put there.
+bool stands_out(const CellMoments& m, float free_events, float band_px, float noise_floor, const SeedOptions& options) {
+  constexpr float kBlockArea = 4 * kCell * kCell;
+  const float covered = std::min(0.9F, 2 * band_px * 2 * kCell / kBlockArea * 1.2F);  // 1.2: the edge lies aslant
+  const float beside = std::max((free_events - m.n) / (1 - covered), noise_floor * kBlockArea);
+  return m.n >= options.min_over_background * beside * covered + 3;
+}
+
+}  // namespace
+
+std::size_t rank_seeds(const EventCloud& cloud, const SeedOptions& options, const SeedWorkspace& workspace,
+                       std::uint32_t* dropped) {
+  std::fill(workspace.failures.begin(), workspace.failures.end(), std::uint8_t{0});
+  std::size_t count = 0;
+  const std::size_t cols = cloud.cols;
+  for (std::size_t polarity = 0; polarity < 2; ++polarity) {
+    const std::size_t first_cell = polarity * cloud.cells();
+    CellMoments* above = workspace.rows.data();
+    CellMoments* below = workspace.rows.data() + cols;
+    sum_row(cloud, first_cell, 0, above);
+    for (std::size_t row = 0; row + 1 < cloud.rows; ++row) {
+      sum_row(cloud, first_cell, row + 1, below);
+      for (std::size_t col = 0; col + 1 < cols; ++col) {
+        const float n = above[col].n + above[col + 1].n + below[col].n + below[col + 1].n;
+        if (n < static_cast<float>(options.min_events)) continue;
+        CellMoments m{};
+        add_cell(&m, above[col], -kHalfCell, -kHalfCell);
+        add_cell(&m, above[col + 1], kHalfCell, -kHalfCell);
+        add_cell(&m, below[col], -kHalfCell, kHalfCell);
+        add_cell(&m, below[col + 1], kHalfCell, kHalfCell);
+        BlockEdge edge{};
+        if (!edge_of(m, &edge)) continue;
+        const float score = (edge.along - edge.across) / (edge.across + kScoreFloorPx2) * std::sqrt(n);
+        if (score <= options.min_score) continue;
+        keep(workspace, {score, static_cast<std::uint32_t>(first_cell + row * cols + col)}, &count, dropped);
+      }
+      std::swap(above, below);
+    }
+  }
+  std::sort_heap(workspace.seeds.begin(), workspace.seeds.begin() + count, better);
+  return count;
+}
+
+bool refine_seed(const EventCloud& cloud, const SeedOptions& options, const CellSeed& seed,
+                 Span<const std::uint8_t> owner, MovingLine* out) {
+  const bool is_on = seed.block >= cloud.cells();
+  const std::size_t cell = seed.block - (is_on ? cloud.cells() : 0);
+  const float ox = cell_centre(cell % cloud.cols) + kHalfCell;
+  const float oy = cell_centre(cell / cloud.cols) + kHalfCell;
+  CellMoments m{};
+  BlockEdge edge{};
+  float band_px = 0;
+  float free_events = 0;
+  for (int round = 0; round < kRefineRounds; ++round) {
+    free_events = sum_block(cloud, seed.block, owner, ox, oy, round == 0 ? nullptr : &edge, band_px, &m);
+    if (m.n < static_cast<float>(options.min_events) || !edge_of(m, &edge)) return false;
+    const float sigma = std::sqrt(std::max(edge.across, kMinVariancePx2));
+    band_px = round == 0 ? std::clamp(2.2F * sigma, 2.0F, 4.0F) : std::clamp(2.5F * sigma, 1.5F, 2.8F);
+  }
+  if (edge.across > options.max_variance_px2 || edge.along < options.min_elongation * std::max(edge.across, 1.0F) ||
+      m.n < options.min_share * free_events ||
+      !stands_out(m, free_events, band_px, cloud.noise_floor[is_on ? 1 : 0], options)) {
+    return false;
+  }
+  MovingLine line;
+  line.cx = ox + edge.mx;
+  line.cy = oy + edge.my;
+  line.ux = edge.ux;
+  line.uy = edge.uy;
+  line.m[0] = -edge.mt * edge.speed;
+  line.m[2] = edge.speed;
+  line.low[0] = line.low[1] = -kCell;
+  line.high[0] = line.high[1] = kCell;
+  line.thickness_px = std::sqrt(std::max(edge.across, kMinVariancePx2));
+  line.polarities = is_on ? 2 : 1;
+  *out = line;
+  return true;
+}
+
+bool has_failed(const EventCloud& cloud, const SeedWorkspace& workspace, const CellSeed& seed) {
+  const std::uint8_t* cell = &workspace.failures[seed.block];
+  return (cell[0] | cell[1] | cell[cloud.cols] | cell[cloud.cols + 1]) != 0;
+}
+
+void mark_failed(const EventCloud& cloud, const SeedWorkspace& workspace, const CellSeed& seed) {
+  std::uint8_t* cell = &workspace.failures[seed.block];
+  cell[0] = cell[1] = cell[cloud.cols] = cell[cloud.cols + 1] = 1;
+}
+
+}  // namespace lecalib
