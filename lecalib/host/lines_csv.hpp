@@ -10,17 +10,22 @@ namespace lecalib::host {
 
 /// Collects the lines of windows as CSV: one row per line and window end,
 /// `t_us,end,line,x1,y1,x2,y2,sigma_px,events,polarity`. `line` counts through all windows and pairs the two ends;
-/// (x1, y1) of both ends belong to the same end of the line; pixels, integer at pixel centres.
+/// (x1, y1) of both ends belong to the same end of the line; pixels, integer at pixel centres. A line whose bend takes
+/// it further than kMaxRowBendPx from its chord is written as several rows of equal length, each a line of its own.
+inline constexpr float kMaxRowBendPx = 2.5F;
+
 class LinesCsv {
  public:
   LinesCsv();
   void add(const LineWindow& window);
   [[nodiscard]] const std::string& text() const { return text_; }
+  /// Lines added, bent ones counted once.
   [[nodiscard]] std::size_t num_lines() const { return num_lines_; }
 
  private:
   std::string text_;
   std::size_t num_lines_ = 0;
+  std::size_t num_rows_ = 0;  ///< pairs of rows
 };
 
 }  // namespace lecalib::host

@@ -32,7 +32,8 @@ EventLine example() {
 }  // namespace
 
 TEST_CASE("each line gives a row per window end, paired by its id") {
-  const std::vector<EventLine> lines = {example(), example()};
+  std::vector<EventLine> lines = {example(), example()};
+  lines[0].bend_px = lines[1].bend_px = -kMaxRowBendPx;
   LinesCsv csv;
   csv.add({1000, 6000, {lines.data(), 1}});
   csv.add({6000, 11000, lines});
@@ -43,6 +44,20 @@ TEST_CASE("each line gives a row per window end, paired by its id") {
                          "6000,end,0,11.5000,24.2500,111.5000,24.0000,0.2500,321,-1\n"
                          "6000,begin,1,",
                          0) == 0);
+}
+
+TEST_CASE("a line that leaves its chord is written in pieces along its bend") {
+  const std::vector<EventLine> lines = {example()};
+  LinesCsv csv;
+  csv.add({1000, 6000, lines});
+  CHECK(csv.num_lines() == 1);
+  // Half way the line lies 3 px below its chord.
+  CHECK(csv.text() ==
+        "t_us,end,line,x1,y1,x2,y2,sigma_px,events,polarity\n"
+        "1000,begin,0,10.0000,20.0000,60.0000,23.0000,0.0500,160,-1\n"
+        "6000,end,0,11.5000,24.2500,61.5075,27.1250,0.2500,160,-1\n"
+        "1000,begin,1,60.0000,23.0000,110.0000,20.0000,0.0500,160,-1\n"
+        "6000,end,1,61.5075,27.1250,111.5000,24.0000,0.2500,160,-1\n");
 }
 
 TEST_CASE("a picture holds each pixel once and the bend of the lines") {

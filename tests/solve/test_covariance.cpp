@@ -43,7 +43,7 @@ Solved solve(double noise_px, double sigma_px, const CovarianceOptions& options,
   CHECK(status == Status::ok);
   Solved solved;
   solved.camera = refiner.camera();
-  solved.status = compute_covariance(refiner, policy, options, views.size(), &solved.result);
+  solved.status = compute_covariance(refiner, policy, options, views.size(), {}, &solved.result);
   return solved;
 }
 
@@ -132,7 +132,7 @@ TEST_CASE("an intrinsic that nothing determines is named") {
   refiner.init(s.data(), {}, one, s.camera, {&view, 1}, residuals);
   (void)refiner.step();
   CalibrationResult result;
-  CHECK(compute_covariance(refiner, {}, {}, 1, &result) == Status::degenerate_geometry);
+  CHECK(compute_covariance(refiner, {}, {}, 1, {}, &result) == Status::degenerate_geometry);
 }
 
 }  // namespace
