@@ -27,8 +27,8 @@ DetectorCapacities capacities_for(const SceneOptions& scene, std::size_t events)
 
 /// A detector in exactly the memory that it asks for.
 struct Detector {
-  explicit Detector(const SceneOptions& scene, std::size_t events = 60000)
-      : Detector(scene, capacities_for(scene, events)) {}
+  Detector(const SceneOptions& scene, std::size_t events) : Detector(scene, capacities_for(scene, events)) {}
+  Detector(const SceneOptions& scene, DetectorKind kind) : Detector(scene, 60000) { options.kind = kind; }
   Detector(const SceneOptions& scene, const DetectorCapacities& capacities)
       : memory(detector_bytes(capacities)), lines(64) {
     REQUIRE(carve(memory.arena(), capacities, &workspace));
@@ -45,6 +45,8 @@ struct Detector {
   std::size_t count = 0;
   DetectorStats stats;
 };
+
+constexpr DetectorKind kKinds[] = {DetectorKind::fast, DetectorKind::reference};
 
 /// The found line that lies on the edge at both ends of the window, or null.
 const EventLine* find_edge(const Detector& detector, const MovingEdge& edge, double max_distance_px) {
@@ -72,38 +74,42 @@ std::vector<MovingEdge> box() {
 }  // namespace
 
 TEST_CASE("detector: every edge of a moving box is found at both ends of the window, and nothing else") {
-  SceneOptions scene;
-  scene.noise_events = 1500;
-  const std::vector<MovingEdge> edges = box();
-  for (const double events_per_px : {3.0, 6.0, 25.0}) {
-    scene.events_per_px = events_per_px;
-    const std::vector<Event> events = make_events(edges, scene, 3);
-    Detector detector(scene);
-    REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
-    CHECK(detector.count == edges.size());
-    for (const MovingEdge& edge : edges) {
-      const EventLine* line = find_edge(detector, edge, 0.4);
-      REQUIRE(line != nullptr);
-      CHECK(line->polarity == (edge.polarity != 0 ? 1 : -1));
-      CHECK(line->sigma_begin_px > 0);
-      CHECK(line->sigma_begin_px < 1);
+  for (const DetectorKind kind : kKinds) {
+    SceneOptions scene;
+    scene.noise_events = 1500;
+    const std::vector<MovingEdge> edges = box();
+    for (const double events_per_px : {3.0, 6.0, 25.0}) {
+      scene.events_per_px = events_per_px;
+      const std::vector<Event> events = make_events(edges, scene, 3);
+      Detector detector(scene, kind);
+      REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
+      CHECK(detector.count == edges.size());
+      for (const MovingEdge& edge : edges) {
+        const EventLine* line = find_edge(detector, edge, 0.4);
+        REQUIRE(line != nullptr);
+        CHECK(line->polarity == (edge.polarity != 0 ? 1 : -1));
+        CHECK(line->sigma_begin_px > 0);
+        CHECK(line->sigma_begin_px < 1);
+      }
+      const std::size_t accepted = detector.stats.fits[static_cast<std::size_t>(FitOutcome::accepted)];
+      CHECK(accepted == detector.count + detector.stats.lines_merged);
     }
-    const std::size_t accepted = detector.stats.fits[static_cast<std::size_t>(FitOutcome::accepted)];
-    CHECK(accepted == detector.count + detector.stats.lines_merged);
   }
 }
 
 TEST_CASE("detector: noise alone makes no lines") {
-  for (const std::uint16_t width : {std::uint16_t{240}, std::uint16_t{1280}}) {
-    SceneOptions scene;
-    scene.width = width;
-    scene.height = width == 240 ? 180 : 720;
-    for (const std::size_t noise : {std::size_t{500}, std::size_t{5000}, std::size_t{50000}}) {
-      scene.noise_events = noise;
-      const std::vector<Event> events = make_events({}, scene, noise);
-      Detector detector(scene);
-      REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
-      CHECK(detector.count == 0);
+  for (const DetectorKind kind : kKinds) {
+    for (const std::uint16_t width : {std::uint16_t{240}, std::uint16_t{1280}}) {
+      SceneOptions scene;
+      scene.width = width;
+      scene.height = width == 240 ? 180 : 720;
+      for (const std::size_t noise : {std::size_t{500}, std::size_t{5000}, std::size_t{50000}}) {
+        scene.noise_events = noise;
+        const std::vector<Event> events = make_events({}, scene, noise);
+        Detector detector(scene, kind);
+        REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
+        CHECK(detector.count == 0);
+      }
     }
   }
 }
@@ -114,84 +120,93 @@ TEST_CASE("detector: the polygon edges of a real recording that move across them
     MESSAGE("skipped: no shared data");
     return;
   }
-  SceneOptions scene;
-  scene.width = 240;
-  scene.height = 180;
-  scene.begin_us = 2117000;
-  scene.length_us = 11000;
-  std::ifstream file(*data / "real" / "davis240c_shapes" / "events.txt");
-  std::vector<Event> events;
-  double t_s = 0;
-  unsigned x = 0;
-  unsigned y = 0;
-  unsigned polarity = 0;
-  while (file >> t_s >> x >> y >> polarity) {
-    const auto t_us = static_cast<std::int64_t>(t_s * 1e6 + 0.5);
-    if (t_us < scene.begin_us || t_us >= scene.begin_us + scene.length_us) continue;
-    events.push_back(
-        {t_us, static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), static_cast<std::uint8_t>(polarity)});
-  }
-  REQUIRE(events.size() > 1000);
-  Detector detector(scene);
-  REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
-  // Read off a picture of these events: the triangle's sides and the bar's long ones, at mid window.
-  const Segment edges[] = {
-      {37, 149, 46, 122}, {47, 122, 64, 146}, {38, 149, 63, 147}, {81, 168, 134, 144}, {95, 179, 141, 158}};
-  for (const Segment& edge : edges) {
-    bool found = false;
-    for (std::size_t i = 0; i < detector.count; ++i) {
-      const double at_begin = distance_between(detector.lines[i].begin, edge);
-      const double at_end = distance_between(detector.lines[i].end, edge);
-      found = found || (at_begin >= 0 && at_begin < 4 && at_end >= 0 && at_end < 4);
+  for (const DetectorKind kind : kKinds) {
+    SceneOptions scene;
+    scene.width = 240;
+    scene.height = 180;
+    scene.begin_us = 2117000;
+    scene.length_us = 11000;
+    std::ifstream file(*data / "real" / "davis240c_shapes" / "events.txt");
+    std::vector<Event> events;
+    double t_s = 0;
+    unsigned x = 0;
+    unsigned y = 0;
+    unsigned polarity = 0;
+    while (file >> t_s >> x >> y >> polarity) {
+      const auto t_us = static_cast<std::int64_t>(t_s * 1e6 + 0.5);
+      if (t_us < scene.begin_us || t_us >= scene.begin_us + scene.length_us) continue;
+      events.push_back(
+          {t_us, static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), static_cast<std::uint8_t>(polarity)});
     }
-    INFO("edge from ", edge.x1, " ", edge.y1);
-    CHECK(found);
+    REQUIRE(events.size() > 1000);
+    Detector detector(scene, kind);
+    REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
+    // Read off a picture of these events: the triangle's sides and the bar's long ones, at mid window.
+    const Segment edges[] = {
+        {37, 149, 46, 122}, {47, 122, 64, 146}, {38, 149, 63, 147}, {81, 168, 134, 144}, {95, 179, 141, 158}};
+    for (const Segment& edge : edges) {
+      bool found = false;
+      for (std::size_t i = 0; i < detector.count; ++i) {
+        const double at_begin = distance_between(detector.lines[i].begin, edge);
+        const double at_end = distance_between(detector.lines[i].end, edge);
+        found = found || (at_begin >= 0 && at_begin < 4 && at_end >= 0 && at_end < 4);
+      }
+      INFO("edge from ", edge.x1, " ", edge.y1);
+      CHECK(found);
+    }
   }
 }
 
 TEST_CASE("detector: a window beyond the capacity is thinned, counted, and its lines are found") {
-  SceneOptions scene;
-  scene.events_per_px = 60;
-  const std::vector<MovingEdge> edges = box();
-  const std::vector<Event> events = make_events(edges, scene);
-  Detector detector(scene, 10000);
-  REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
-  CHECK(detector.stats.cloud.thinned == events.size() - 10000);
-  for (const MovingEdge& edge : edges) CHECK(find_edge(detector, edge, 0.4) != nullptr);
+  for (const DetectorKind kind : kKinds) {
+    SceneOptions scene;
+    scene.events_per_px = 60;
+    const std::vector<MovingEdge> edges = box();
+    const std::vector<Event> events = make_events(edges, scene);
+    Detector detector(scene, 10000);
+    detector.options.kind = kind;
+    REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
+    CHECK(detector.stats.cloud.thinned == events.size() - 10000);
+    for (const MovingEdge& edge : edges) CHECK(find_edge(detector, edge, 0.4) != nullptr);
+  }
 }
 
 TEST_CASE("detector: lines that cross are found whole") {
-  SceneOptions scene;
-  const std::vector<MovingEdge> edges = {{{30, 40, 310, 210}, {34, 37, 314, 207}, 1},
-                                         {{40, 200, 300, 60}, {44, 204, 304, 64}, 1},
-                                         {{20, 120, 330, 125}, {20, 125, 330, 130}, 1}};
-  const std::vector<Event> events = make_events(edges, scene);
-  Detector detector(scene);
-  REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
-  CHECK(detector.count == edges.size());
-  for (const MovingEdge& edge : edges) {
-    const EventLine* line = find_edge(detector, edge, 0.4);
-    REQUIRE(line != nullptr);
-    const Segment& s = line->begin;
-    const Segment& t = edge.begin;
-    const float found = std::hypot(s.x2 - s.x1, s.y2 - s.y1);
-    CHECK(found > 0.95F * std::hypot(t.x2 - t.x1, t.y2 - t.y1));
+  for (const DetectorKind kind : kKinds) {
+    SceneOptions scene;
+    const std::vector<MovingEdge> edges = {{{30, 40, 310, 210}, {34, 37, 314, 207}, 1},
+                                           {{40, 200, 300, 60}, {44, 204, 304, 64}, 1},
+                                           {{20, 120, 330, 125}, {20, 125, 330, 130}, 1}};
+    const std::vector<Event> events = make_events(edges, scene);
+    Detector detector(scene, kind);
+    REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
+    CHECK(detector.count == edges.size());
+    for (const MovingEdge& edge : edges) {
+      const EventLine* line = find_edge(detector, edge, 0.4);
+      REQUIRE(line != nullptr);
+      const Segment& s = line->begin;
+      const Segment& t = edge.begin;
+      const float found = std::hypot(s.x2 - s.x1, s.y2 - s.y1);
+      CHECK(found > 0.95F * std::hypot(t.x2 - t.x1, t.y2 - t.y1));
+    }
   }
 }
 
 TEST_CASE("detector: the output holds the strongest lines when it is too small, and the rest is counted") {
-  SceneOptions scene;
-  const std::vector<Event> events = make_events(box(), scene);
-  Detector all(scene);
-  REQUIRE(all.detect(window_of(scene, events)) == Status::ok);
-  REQUIRE(all.count == 9);
-  for (const std::size_t room : {std::size_t{9}, std::size_t{8}, std::size_t{0}}) {
-    Detector detector(scene);
-    detector.lines.resize(room);
-    REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
-    CHECK(detector.count == room);
-    CHECK(detector.stats.lines_dropped == 9 - room);
-    for (std::size_t i = 0; i < room; ++i) CHECK(detector.lines[i].events == all.lines[i].events);
+  for (const DetectorKind kind : kKinds) {
+    SceneOptions scene;
+    const std::vector<Event> events = make_events(box(), scene);
+    Detector all(scene, kind);
+    REQUIRE(all.detect(window_of(scene, events)) == Status::ok);
+    REQUIRE(all.count == 9);
+    for (const std::size_t room : {std::size_t{9}, std::size_t{8}, std::size_t{0}}) {
+      Detector detector(scene, kind);
+      detector.lines.resize(room);
+      REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
+      CHECK(detector.count == room);
+      CHECK(detector.stats.lines_dropped == 9 - room);
+      for (std::size_t i = 0; i < room; ++i) CHECK(detector.lines[i].events == all.lines[i].events);
+    }
   }
 }
 
@@ -201,61 +216,92 @@ TEST_CASE("detector: a workspace for fewer regions or lines drops and counts") {
   DetectorCapacities capacities = capacities_for(scene, 60000);
   capacities.lines = 4;
   Detector few_lines(scene, capacities);
+  few_lines.options.kind = DetectorKind::reference;
   REQUIRE(few_lines.detect(window_of(scene, events)) == Status::ok);
   CHECK(few_lines.count == 4);
   CHECK(few_lines.stats.lines_dropped > 0);
   capacities.regions = 3;
   Detector few_regions(scene, capacities);
+  few_regions.options.kind = DetectorKind::reference;
   REQUIRE(few_regions.detect(window_of(scene, events)) == Status::ok);
   CHECK(few_regions.count <= 3);
   CHECK(few_regions.stats.regions.dropped > 0);
 }
 
 TEST_CASE("detector: shifting the window in time changes nothing, and the same bytes give the same bits") {
-  SceneOptions scene;
-  scene.noise_events = 1000;
-  std::vector<Event> events = make_events(box(), scene);
-  Detector first(scene);
-  REQUIRE(first.detect(window_of(scene, events)) == Status::ok);
-  for (Event& e : events) e.t_us += 913700000000;
-  scene.begin_us += 913700000000;
-  Detector second(scene);
-  REQUIRE(second.detect(window_of(scene, events)) == Status::ok);
-  REQUIRE(second.count == first.count);
-  for (std::size_t i = 0; i < first.count; ++i) {
-    const EventLine& a = first.lines[i];
-    const EventLine& b = second.lines[i];
-    CHECK(std::memcmp(&a.begin, &b.begin, sizeof(Segment)) == 0);
-    CHECK(std::memcmp(&a.end, &b.end, sizeof(Segment)) == 0);
-    CHECK(a.events == b.events);
+  for (const DetectorKind kind : kKinds) {
+    SceneOptions scene;
+    scene.noise_events = 1000;
+    std::vector<Event> events = make_events(box(), scene);
+    Detector first(scene, kind);
+    REQUIRE(first.detect(window_of(scene, events)) == Status::ok);
+    for (Event& e : events) e.t_us += 913700000000;
+    scene.begin_us += 913700000000;
+    Detector second(scene, kind);
+    REQUIRE(second.detect(window_of(scene, events)) == Status::ok);
+    REQUIRE(second.count == first.count);
+    for (std::size_t i = 0; i < first.count; ++i) {
+      const EventLine& a = first.lines[i];
+      const EventLine& b = second.lines[i];
+      CHECK(std::memcmp(&a.begin, &b.begin, sizeof(Segment)) == 0);
+      CHECK(std::memcmp(&a.end, &b.end, sizeof(Segment)) == 0);
+      CHECK(a.events == b.events);
+    }
   }
 }
 
 TEST_CASE("detector: nothing is allocated, and stages are timed by the given clock") {
-  SceneOptions scene;
-  const std::vector<Event> events = make_events(box(), scene);
-  Detector detector(scene);
-  detector.options.clock_ns = [] {
-    static std::uint64_t now = 0;
-    return now += 1000;
-  };
-  const EventWindow window = window_of(scene, events);
-  const AllocScope heap;
-  const Status status = detector.detect(window);
-  const std::size_t allocations = heap.allocations();
-  CHECK(status == Status::ok);
-  CHECK(allocations == 0);
-  for (std::size_t i = 0; i < kNumDetectorStages; ++i) {
-    CHECK(detector.stats.stage_ns[i] == 1000);
-    CHECK(std::strcmp(to_string(static_cast<DetectorStage>(i)), "unknown") != 0);
+  for (const DetectorKind kind : kKinds) {
+    SceneOptions scene;
+    const std::vector<Event> events = make_events(box(), scene);
+    Detector detector(scene, kind);
+    detector.options.clock_ns = [] {
+      static std::uint64_t now = 0;
+      return now += 1000;
+    };
+    const EventWindow window = window_of(scene, events);
+    const AllocScope heap;
+    const Status status = detector.detect(window);
+    const std::size_t allocations = heap.allocations();
+    CHECK(status == Status::ok);
+    CHECK(allocations == 0);
+    for (std::size_t i = 0; i < kNumDetectorStages; ++i) {
+      const auto stage = static_cast<DetectorStage>(i);
+      const bool of_planes =
+          stage == DetectorStage::normals || stage == DetectorStage::planes || stage == DetectorStage::segments;
+      const bool runs = kind == DetectorKind::fast ? !of_planes : stage != DetectorStage::seeds;
+      CHECK(detector.stats.stage_ns[i] == (runs ? 1000U : 0U));
+      CHECK(std::strcmp(to_string(stage), "unknown") != 0);
+    }
   }
+}
+
+TEST_CASE("detector: the fast one needs no memory for planes, and counts the seeds that find no room") {
+  SceneOptions scene;
+  scene.noise_events = 1500;
+  const std::vector<Event> events = make_events(box(), scene);
+  DetectorCapacities capacities = capacities_for(scene, 60000);
+  capacities.surface_points = capacities.regions = 0;
+  Detector lean(scene, capacities);
+  REQUIRE(lean.detect(window_of(scene, events)) == Status::ok);
+  CHECK(lean.count == box().size());
+  CHECK(lean.stats.guesses_dropped == 0);
+  capacities.seeds = lean.stats.guesses - 1;
+  Detector short_of_one(scene, capacities);
+  REQUIRE(short_of_one.detect(window_of(scene, events)) == Status::ok);
+  CHECK(short_of_one.stats.guesses_dropped == 1);
+  capacities.lines = 4;
+  Detector few_lines(scene, capacities);
+  REQUIRE(few_lines.detect(window_of(scene, events)) == Status::ok);
+  CHECK(few_lines.count == 4);
+  CHECK(few_lines.stats.guesses_dropped > 1);
 }
 
 TEST_CASE("detector: bad options, windows and workspaces are told apart") {
   SceneOptions scene;
   const std::vector<Event> events = make_events(box(), scene);
   const EventWindow window = window_of(scene, events);
-  Detector detector(scene);
+  Detector detector(scene, DetectorKind::reference);
   CHECK(detector.detect({5, 5, {}}) == Status::invalid_argument);
   detector.options.cloud.width = 0;
   CHECK(detector.detect(window) == Status::invalid_argument);
