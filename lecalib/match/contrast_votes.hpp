@@ -7,9 +7,8 @@
 
 namespace lecalib {
 
-/// @return +1 where the side to the left of first -> second end point (y down: to the right on the screen) is the
-/// brighter one, -1 the other way round, 0 where the line does not tell: both polarities, or less than `min_motion_px`
-/// across
+/// @return +1 where the brighter side is the one that (-dy, dx) points to, first to second end point (dx, dy); -1 where
+/// it is the other one; 0 where the line does not tell: both polarities, or less than `min_motion_px` across
 int contrast_of(const EventLine& line, double min_motion_px);
 
 /// Votes for one model line.

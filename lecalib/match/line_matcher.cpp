@@ -23,8 +23,11 @@ constexpr double kHopelessShare = 0.5;
 /// A rival counts as another camera beyond this ratio of focal lengths, and as equally good above this share of score.
 constexpr double kRivalFocal = 1.06;
 constexpr double kRivalShare = 0.93;
-/// What a result must explain: share of the model in its windows, and measured line coordinates beyond the unknowns.
-constexpr double kMinExplained = 0.58;
+/// What a result must explain: nearly all of the model's lines in its windows, or a good share of those beyond the ones
+/// that a free focal length and pose can always be bent to. And it must measure more than there are unknowns.
+constexpr double kMinExplained = 0.75;
+constexpr double kFreeLines = 3.5;
+constexpr double kMinExplainedBeyond = 0.35;
 constexpr double kMinRedundancy = 8.0;
 
 bool is_finite(const EventLine& line) {
@@ -282,8 +285,11 @@ Status LineMatcher::step_finish() {
     if (best_.num_windows > 0 && window.matched) redundancy += 2.0 * window.num_lines - 6.0;
   }
   stats_.ambiguous = !known_camera_ && stats_.rival_score > kRivalShare * best_.score;
-  const bool enough = best_.num_windows > 0 && best_.score >= kMinExplained * best_.possible &&
-                      (known_camera_ || redundancy >= kMinRedundancy);
+  const double free_score = kFreeLines * static_cast<double>(best_.num_windows);
+  const bool explains =
+      best_.score >= kMinExplained * best_.possible ||
+      (best_.score > free_score && best_.score - free_score >= kMinExplainedBeyond * (best_.possible - free_score));
+  const bool enough = best_.num_windows > 0 && explains && (known_camera_ || redundancy >= kMinRedundancy);
   if (!enough || stats_.ambiguous) {
     phase_ = Phase::failed;
     return Status::no_match;
