@@ -105,7 +105,7 @@ bool project(const Camera& c, const Vec3& x_cam, Vec2* pixel, Mat23* d_point, Ma
   return true;
 }
 
-double undistort_radius(const Camera& c, double distorted_radius, double radius_limit) {
+double undistort_radius(const Camera& c, double distorted_radius, double radius_limit, double tolerance) {
   if (!(distorted_radius < radius_limit * radial_factor(c, radius_limit * radius_limit))) return radius_limit;
   double low = 0.0;
   double high = radius_limit;
@@ -115,7 +115,7 @@ double undistort_radius(const Camera& c, double distorted_radius, double radius_
     (error > 0.0 ? high : low) = r;
     double next = r - error / radial_slope(c, r * r);
     if (!(next > low && next < high)) next = 0.5 * (low + high);  // Newton left the bracket
-    if (std::abs(next - r) <= 1e-15 * next) return next;
+    if (std::abs(next - r) <= tolerance * next) return next;
     r = next;
   }
   return r;

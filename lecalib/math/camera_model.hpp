@@ -44,6 +44,7 @@ bool unproject(const Camera& camera, const Vec2& pixel, Vec2* ideal);
 
 /// The ideal radius in [0, radius_limit] whose distorted radius is `distorted_radius` (p1, p2 left aside);
 /// radius_limit, at most valid_radius(), where it lies beyond.
-double undistort_radius(const Camera& camera, double distorted_radius, double radius_limit);
+/// @param tolerance relative, of the last Newton step
+double undistort_radius(const Camera& camera, double distorted_radius, double radius_limit, double tolerance = 1e-15);
 
 }  // namespace lecalib

@@ -11,6 +11,9 @@ namespace {
 constexpr double kFootTolerancePx = 1e-4;
 constexpr int kMaxFootSteps = 8;
 
+/// Relative; the steps along the line do the rest.
+constexpr double kStartTolerance = 1e-2;
+
 /// Keeps the foot off the fold itself, where the image of a radial line has no tangent.
 constexpr double kInsideFold = 0.9999;
 
@@ -59,7 +62,7 @@ void evaluate(const Camera& camera, const IdealLine& line, double s, const Vec2&
 double starting_parameter(const Camera& camera, double radius_limit, const IdealLine& line, const Vec2& pixel) {
   const Vec2 distorted((pixel(0) - camera.cx) / camera.fx, (pixel(1) - camera.cy) / camera.fy);
   const double radius = distorted.norm();
-  const double shrink = radius > 0.0 ? undistort_radius(camera, radius, radius_limit) / radius : 1.0;
+  const double shrink = radius > 0.0 ? undistort_radius(camera, radius, radius_limit, kStartTolerance) / radius : 1.0;
   return std::clamp(shrink * line.direction.dot(distorted), -line.half_length, line.half_length);
 }
 

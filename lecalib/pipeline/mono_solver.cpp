@@ -139,7 +139,9 @@ double MonoSolver::residual_spread() {
       workspace_.sorted_residuals[count++] = std::abs(workspace_.residuals[i]);
     }
   }
-  const double dof = static_cast<double>(count) - 6.0 * static_cast<double>(views_used_);
+  const auto num_free = std::count(policy_.free, policy_.free + kNumIntrinsics, true);
+  const double unknowns = 6.0 * static_cast<double>(views_used_) + static_cast<double>(num_free);
+  const double dof = static_cast<double>(count) - unknowns;
   if (dof < kMinScaleDof) return 1.0;
   float* const first = workspace_.sorted_residuals.data();
   std::nth_element(first, first + count / 2, first + count);

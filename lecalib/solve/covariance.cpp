@@ -40,6 +40,22 @@ std::uint8_t undetermined_parameter(const Mat9& information) {
   return static_cast<std::uint8_t>(largest);
 }
 
+/// How many intrinsics the data determine: a parameter that rests on its prior costs no degree of freedom, and one
+/// whose prior is not felt costs one.
+double determined_parameters(const Refiner& refiner, const ParameterPolicy& policy, const Mat9& covariance) {
+  const auto num_free = static_cast<double>(std::count(policy.free, policy.free + kNumIntrinsics, true));
+  return num_free - refiner.prior_information().cwiseProduct(covariance).sum();  // the trace of the product
+}
+
+/// Held parameters have no covariance.
+void hold(const ParameterPolicy& policy, Mat9* covariance) {
+  for (Eigen::Index i = 0; i < 9; ++i) {
+    if (policy.free[i]) continue;
+    covariance->row(i).setZero();
+    covariance->col(i).setZero();
+  }
+}
+
 }  // namespace
 
 Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy, const CovarianceOptions& options,
@@ -51,27 +67,21 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
     result->parameter = undetermined_parameter(system.matrix);
     return Status::degenerate_geometry;
   }
-  int unknowns = 6 * static_cast<int>(num_views_used);
-  for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
-    if (policy.free[i] && !(policy.prior_sd[i] > 0.0)) ++unknowns;  // a prior brings a measurement of its own
-  }
+  Mat9 covariance = factor.solve(Mat9(Mat9::Identity()));
+  hold(policy, &covariance);
+  const double poses = 6.0 * static_cast<double>(num_views_used);
+  const double unknowns = poses + determined_parameters(refiner, policy, covariance);
   const double dof = std::max(1.0, static_cast<double>(refiner.points_used()) - unknowns);
-  result->chi2_per_dof = refiner.cost() / dof;
+  result->chi2_per_dof = refiner.data_cost() / dof;
   const bool may_narrow = !options.trust_sigma && dof >= kMinScaleDof;
-  const double scale = may_narrow ? result->chi2_per_dof : std::max(1.0, result->chi2_per_dof);
-
-  Mat9 covariance = scale * factor.solve(Mat9(Mat9::Identity()));
+  covariance *= may_narrow ? result->chi2_per_dof : std::max(1.0, result->chi2_per_dof);
   if (options.line_offset_px > 0.0) {
     refiner.line_responses(responses);
     for (const LineResponse& response : responses) {
       const Vec9 shift = options.line_offset_px * factor.solve(Vec9(Eigen::Map<const Vec9>(response.gradient)));
       covariance += shift * shift.transpose();
     }
-  }
-  for (Eigen::Index i = 0; i < 9; ++i) {
-    if (policy.free[i]) continue;
-    covariance.row(i).setZero();
-    covariance.col(i).setZero();
+    hold(policy, &covariance);
   }
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     const auto k = static_cast<Eigen::Index>(i);

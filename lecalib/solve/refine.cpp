@@ -58,6 +58,10 @@ void Refiner::init(const CalibrationData& data, const ParameterPolicy& policy, c
   residuals_ = residuals;
   camera_ = camera;
   iterations_ = 0;
+  num_free_ = 0;
+  for (int i = 0; i < static_cast<int>(kNumIntrinsics); ++i) {
+    if (policy.free[i]) free_[num_free_++] = i;
+  }
   set_loss(options.loss, options.loss_width, 1.0);
 }
 
@@ -106,8 +110,9 @@ void Refiner::linearise_view(std::size_t index, double radius_limit) {
     const double weighted = gain * residual.value_px;
     intrinsic_gradient_ -= weighted * a;
     h -= weighted * p;
-    for (int c = 0; c < 9; ++c) {
-      for (int k = c; k < 9; ++k) intrinsic_block_(k, c) += a(k) * a(c);
+    for (int j = 0; j < num_free_; ++j) {
+      const int c = free_[j];
+      for (int k = j; k < num_free_; ++k) intrinsic_block_(free_[k], c) += a(free_[k]) * a(c);
       for (int k = 0; k < 6; ++k) E(k, c) += p(k) * a(c);
     }
     for (int c = 0; c < 6; ++c) {
@@ -119,33 +124,40 @@ void Refiner::linearise_view(std::size_t index, double radius_limit) {
   Eigen::Map<Vec6>(view.pose_gradient) = h;
 }
 
-void Refiner::add_priors() {
-  cost_ = data_cost_;
+Eigen::Matrix<double, 9, 9> Refiner::prior_information() const {
+  Eigen::Matrix<double, 9, 9> information = Eigen::Matrix<double, 9, 9>::Zero();
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     if (!policy_.free[i] || !(policy_.prior_sd[i] > 0.0)) continue;
     const auto k = static_cast<Eigen::Index>(i);
-    const double precision = prior_weight_ / (policy_.prior_sd[i] * policy_.prior_sd[i]);
-    const double error = camera_.*kIntrinsics[i] - policy_.prior_mean[i];
-    cost_ += error * error * precision;
-    intrinsic_block_(k, k) += precision;
-    intrinsic_gradient_(k) -= error * precision;
+    information(k, k) = prior_weight_ / (policy_.prior_sd[i] * policy_.prior_sd[i]);
   }
-  if (policy_.aspect_sd > 0.0) add_aspect_prior();
+  if (policy_.aspect_sd > 0.0 && policy_.free[0] && policy_.free[1]) {
+    const double sd_px = policy_.aspect_sd * 0.5 * (camera_.fx + camera_.fy);  // of fy - fx
+    const double precision = prior_weight_ / (sd_px * sd_px);
+    information(0, 0) += precision;
+    information(1, 1) += precision;
+    information(0, 1) = information(1, 0) = -precision;
+  }
+  return information;
 }
 
-/// Residual ln(fy / fx), linear to first order around a ratio of 1.
-void Refiner::add_aspect_prior() {
-  if (!policy_.free[0] || !policy_.free[1]) return;
-  const double precision = prior_weight_ / (policy_.aspect_sd * policy_.aspect_sd);
-  const double mean = 0.5 * (camera_.fx + camera_.fy);
-  const double error = (camera_.fy - camera_.fx) / mean;
-  cost_ += error * error * precision;
-  const double slope = precision / (mean * mean);
-  intrinsic_block_(0, 0) += slope;
-  intrinsic_block_(1, 1) += slope;
-  intrinsic_block_(1, 0) -= slope;
-  intrinsic_gradient_(0) += error * precision / mean;
-  intrinsic_gradient_(1) -= error * precision / mean;
+/// The priors' part of the cost and of the normal equations. The aspect's mean is zero in fy - fx, so that its row of
+/// the information takes the focal lengths themselves.
+void Refiner::add_priors() {
+  const Eigen::Matrix<double, 9, 9> information = prior_information();
+  cost_ = data_cost_;
+  for (Eigen::Index i = 0; i < 9; ++i) {
+    const double value = camera_.*kIntrinsics[i];
+    const double cross = i < 2 ? information(0, 1) : 0.0;  // minus the aspect's precision
+    const double own = information(i, i) + cross;          // the parameter's own prior
+    const double error = value - policy_.prior_mean[i];
+    cost_ += error * error * own;
+    intrinsic_gradient_(i) -= error * own;
+    if (i < 2) intrinsic_gradient_(i) += cross * (value - (i == 0 ? camera_.fy : camera_.fx));
+  }
+  const double difference = camera_.fy - camera_.fx;
+  cost_ -= information(0, 1) * difference * difference;
+  intrinsic_block_ += information;
 }
 
 /// Cost, residuals and normal equations of the current state. False where they are not finite.

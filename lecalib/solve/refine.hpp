@@ -81,6 +81,9 @@ class Refiner {
   /// @return false, *out unchanged, where a view's pose is not determined by its lines
   bool reduced_system(ReducedSystem* out) const { return reduce(0.0, out); }
 
+  /// What the priors alone contribute to the reduced matrix.
+  [[nodiscard]] Eigen::Matrix<double, 9, 9> prior_information() const;
+
   /// Answers to an offset of every model line, towards the same side of the line in all views, at the current state.
   /// @param responses one per model line
   void line_responses(Span<LineResponse> responses) const;
@@ -97,7 +100,6 @@ class Refiner {
   bool linearise();
   void linearise_view(std::size_t index, double radius_limit);
   void add_priors();
-  void add_aspect_prior();
   void add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double radius_limit,
                          const Mat69& eliminated, LineResponse* response) const;
   bool reduce(double damping, ReducedSystem* out) const;
@@ -121,6 +123,8 @@ class Refiner {
   double prior_weight_ = 1.0;
   std::size_t points_used_ = 0;
   std::size_t points_lost_ = 0;
+  int free_[kNumIntrinsics] = {};  // indices of the free intrinsics
+  int num_free_ = 0;
   int iterations_ = 0;
   bool linearised_ = false;
   StopReason reason_ = StopReason::none;
