@@ -22,12 +22,10 @@ class Cholesky {
       if (!(a(i, i) > 0.0) || !std::isfinite(a(i, i))) return false;
       scale_(i) = 1.0 / std::sqrt(a(i, i));
     }
-    min_pivot_ = 1.0;
     for (int j = 0; j < N; ++j) {
       double pivot = 1.0;
       for (int k = 0; k < j; ++k) pivot -= L_(j, k) * L_(j, k);
       if (!(pivot > min_pivot)) return false;
-      if (pivot < min_pivot_) min_pivot_ = pivot;
       L_(j, j) = std::sqrt(pivot);
       const double inverse = 1.0 / L_(j, j);
       for (int i = j + 1; i < N; ++i) {
@@ -59,13 +57,9 @@ class Cholesky {
     return x;
   }
 
-  /// Smallest pivot of the last factor() that returned true.
-  [[nodiscard]] double min_pivot() const { return min_pivot_; }
-
  private:
   Matrix L_;  // lower triangle
   Eigen::Matrix<double, N, 1> scale_;
-  double min_pivot_ = 0.0;
 };
 
 }  // namespace lecalib

@@ -28,8 +28,6 @@ TEST_CASE("solutions of badly scaled systems leave no residual") {
     const Mat6 A = random_definite(rng);
     Cholesky<6> factor;
     REQUIRE(factor.factor(A));
-    CHECK(factor.min_pivot() > 0.0);
-    CHECK(factor.min_pivot() <= 1.0);
     const Mat6 product = A * factor.solve(Mat6(Mat6::Identity()));
     for (int r = 0; r < 6; ++r) {
       for (int c = 0; c < 6; ++c) {

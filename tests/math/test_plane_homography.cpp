@@ -3,129 +3,81 @@
 
 #include <doctest/doctest.h>
 
-#include <algorithm>
-#include <cmath>
-
-#include "lecalib/core/rng.hpp"
 #include "lecalib/math/so3.hpp"
 
 namespace lecalib {
 namespace {
 
-struct PlaneScene {
-  Camera camera;
-  Mat3 R;
-  Vec3 t;
-  Mat3 H;  // unit norm
+/// The homography of the plane z = 0, principal point at the origin, coordinates in units of 100 px.
+Mat3 homography(const Vec3& rotation, const Vec3& t, double fx, double fy) {
+  const Mat3 R = so3_exp(rotation);
+  Mat3 H;
+  H << R.col(0), R.col(1), t;
+  H.row(0) *= fx;
+  H.row(1) *= fy;
+  return H;
+}
+
+struct Stack {
+  Eigen::Matrix2d AtA = Eigen::Matrix2d::Zero();
+  Vec2 Atc = Vec2::Zero();
+  void add(const Mat3& H) { add_focal_equations(H, &AtA, &Atc); }
 };
 
-PlaneScene make_scene(const Vec3& rotation, double fx, double fy) {
-  PlaneScene s;
-  s.camera.fx = fx;
-  s.camera.fy = fy;
-  s.camera.cx = 330.0;
-  s.camera.cy = 225.0;
-  s.R = so3_exp(rotation);
-  s.t = Vec3(-0.3, 0.2, 4.0);
-  Mat3 K;
-  K << fx, 0.0, s.camera.cx, 0.0, fy, s.camera.cy, 0.0, 0.0, 1.0;
-  Mat3 G;
-  G << s.R.col(0), s.R.col(1), s.t;
-  s.H = K * G;
-  s.H /= s.H.norm();
-  return s;
+TEST_CASE("line_through: both points lie on it, the normal is of unit length, equal points make no line") {
+  const Vec3 l = line_through(Vec2(3.0, -1.0), Vec2(10.0, 7.0));
+  CHECK(l.head<2>().norm() == doctest::Approx(1.0).epsilon(1e-15));
+  CHECK(std::abs(l.dot(Vec3(3.0, -1.0, 1.0))) < 1e-14);
+  CHECK(std::abs(l.dot(Vec3(10.0, 7.0, 1.0))) < 1e-14);
+  CHECK(line_through(Vec2(1.0, 1.0), Vec2(1.0, 1.0)) == Vec3::Zero());
 }
 
-Vec2 image_of(const Mat3& H, const Vec2& p) { return (H * Vec3(p(0), p(1), 1.0)).hnormalized(); }
-
-/// The image points lie on the model line but are not the images of model_p and model_q.
-PlaneLinePair make_pair(const PlaneScene& s, Rng& rng) {
-  PlaneLinePair pair;
-  for (int k = 0; k < 2; ++k) pair.model_p(k) = rng.uniform(-1.0, 1.0);
-  for (int k = 0; k < 2; ++k) pair.model_q(k) = rng.uniform(-1.0, 1.0);
-  const Vec2 d = pair.model_q - pair.model_p;
-  pair.image_p = image_of(s.H, pair.model_p + 0.8 * d);
-  pair.image_q = image_of(s.H, pair.model_p - 0.1 * d);
-  return pair;
-}
-
-double distance_up_to_sign(const Mat3& A, const Mat3& B) { return std::min((A - B).norm(), (A + B).norm()); }
-
-TEST_CASE("four lines give the homography in closed form and by least squares") {
-  Rng rng(14);
-  for (int i = 0; i < 50; ++i) {
-    const PlaneScene s = make_scene(Vec3(0.4, -0.5, 0.3), 400.0, 420.0);
-    PlaneLinePair pairs[4];
-    for (PlaneLinePair& pair : pairs) pair = make_pair(s, rng);
-    Mat3 closed;
-    Mat3 least_squares;
-    REQUIRE(homography_from_four_lines(pairs, &closed));
-    CHECK(distance_up_to_sign(closed, s.H) < 1e-7);
-    if (homography_from_lines(pairs, &least_squares)) CHECK(distance_up_to_sign(least_squares, s.H) < 1e-5);
-  }
-}
-
-TEST_CASE("25 lines give the homography, both focal lengths and the pose to 1e-9") {
-  Rng rng(15);
-  const PlaneScene s = make_scene(Vec3(0.4, -0.5, 0.3), 400.0, 420.0);
-  PlaneLinePair pairs[25];
-  for (PlaneLinePair& pair : pairs) pair = make_pair(s, rng);
-  Mat3 H;
-  REQUIRE(homography_from_lines(pairs, &H));
-  CHECK(distance_up_to_sign(H, s.H) < 1e-9);
+TEST_CASE("one view gives both focal lengths, several views too, whatever the scale of each homography") {
+  const Vec3 t(-0.3, 0.2, 4.0);
   double fx = 0.0;
   double fy = 0.0;
-  REQUIRE(focal_lengths_from_homography(H, s.camera.cx, s.camera.cy, &fx, &fy));
-  CHECK(fx == doctest::Approx(400.0).epsilon(1e-9));
-  CHECK(fy == doctest::Approx(420.0).epsilon(1e-9));
-  for (const double sign : {1.0, -1.0}) {
-    const Pose pose = pose_from_homography(sign * H, s.camera, Vec2(0.0, 0.0));
-    CHECK((rotation_of(pose) - s.R).norm() < 1e-9);
-    CHECK((translation_of(pose) - s.t).norm() < 1e-8);
-  }
+  Stack one;
+  one.add(homography(Vec3(0.4, -0.5, 0.3), t, 4.0, 4.2));
+  REQUIRE(solve_focal_lengths(one.AtA, one.Atc, &fx, &fy));
+  CHECK(fx == doctest::Approx(4.0).epsilon(1e-9));
+  CHECK(fy == doctest::Approx(4.2).epsilon(1e-9));
+  Stack several;
+  several.add(-3.0 * homography(Vec3(0.5, 0.0, 0.0), t, 4.0, 4.2));
+  several.add(0.01 * homography(Vec3(0.0, 0.6, 0.2), t, 4.0, 4.2));
+  REQUIRE(solve_focal_lengths(several.AtA, several.Atc, &fx, &fy));
+  CHECK(fx == doctest::Approx(4.0).epsilon(1e-9));
+  CHECK(fy == doctest::Approx(4.2).epsilon(1e-9));
 }
 
-TEST_CASE("one shared focal length is found where two are not determined") {
-  const PlaneScene tilted = make_scene(Vec3(0.5, 0.0, 0.0), 400.0, 400.0);  // about the x axis: fx is not in H
-  double f = 0.0;
-  double fy = 0.0;
-  REQUIRE(focal_length_from_homography(tilted.H, tilted.camera.cx, tilted.camera.cy, &f));
-  CHECK(f == doctest::Approx(400.0).epsilon(1e-9));
-  const PlaneScene frontal = make_scene(Vec3(0.0, 0.0, 0.3), 400.0, 400.0);
-  CHECK_FALSE(focal_lengths_from_homography(frontal.H, frontal.camera.cx, frontal.camera.cy, &f, &fy));
-  CHECK(f == doctest::Approx(400.0).epsilon(1e-9));
+TEST_CASE("one shared focal length is found where two are not determined, and none where the plane is frontal") {
+  double f = 7.0;
+  double fy = 7.0;
+  Stack tilted;  // about the x axis: only fy is in H
+  tilted.add(homography(Vec3(0.5, 0.0, 0.0), Vec3(0.0, 0.0, 4.0), 4.0, 4.0));
+  CHECK_FALSE(solve_focal_lengths(tilted.AtA, tilted.Atc, &f, &fy));
+  CHECK(f == 7.0);
+  REQUIRE(solve_focal_length(tilted.AtA, tilted.Atc, &f));
+  CHECK(f == doctest::Approx(4.0).epsilon(1e-9));
+  Stack frontal;
+  frontal.add(homography(Vec3(0.0, 0.0, 0.3), Vec3(0.0, 0.0, 4.0), 4.0, 4.0));
+  CHECK_FALSE(solve_focal_lengths(frontal.AtA, frontal.Atc, &f, &fy));
 }
 
-TEST_CASE("degenerate line sets are refused") {
-  Rng rng(16);
-  const PlaneScene s = make_scene(Vec3(0.4, -0.5, 0.3), 400.0, 420.0);
-  PlaneLinePair pairs[6];
-  Mat3 H = Mat3::Identity();
-  for (PlaneLinePair& pair : pairs) pair = make_pair(s, rng);
-  CHECK_FALSE(homography_from_lines(Span<const PlaneLinePair>(pairs, 3), &H));
-
-  const Vec2 centre(0.2, 0.1);  // all through one point
-  for (int i = 0; i < 6; ++i) {
-    pairs[i].model_p = centre;
-    pairs[i].model_q = centre + Vec2(std::cos(0.5 * i), std::sin(0.5 * i));
-    pairs[i].image_p = image_of(s.H, pairs[i].model_p);
-    pairs[i].image_q = image_of(s.H, pairs[i].model_q);
+TEST_CASE("the pose of a plane, on the side where the visible point is") {
+  Camera camera;
+  camera.fx = 400.0;
+  camera.fy = 420.0;
+  camera.cx = 330.0;
+  camera.cy = 225.0;
+  const Vec3 t(-0.3, 0.2, 4.0);
+  Mat3 H = homography(Vec3(0.4, -0.5, 0.3), t, camera.fx, camera.fy);
+  H.row(0) += camera.cx * H.row(2);
+  H.row(1) += camera.cy * H.row(2);
+  for (const double scale : {1.0, -0.2}) {
+    const Pose pose = pose_from_homography(scale * H, camera, Vec2::Zero());
+    CHECK((rotation_of(pose) - so3_exp(Vec3(0.4, -0.5, 0.3))).norm() < 1e-9);
+    CHECK((translation_of(pose) - t).norm() < 1e-8);
   }
-  CHECK_FALSE(homography_from_lines(pairs, &H));
-  const PlaneLinePair four[4] = {pairs[0], pairs[1], pairs[2], pairs[3]};
-  CHECK_FALSE(homography_from_four_lines(four, &H));
-
-  for (int i = 0; i < 6; ++i) {  // all parallel
-    pairs[i].model_p = Vec2(0.0, 0.2 * i);
-    pairs[i].model_q = Vec2(1.0, 0.2 * i);
-    pairs[i].image_p = image_of(s.H, pairs[i].model_p);
-    pairs[i].image_q = image_of(s.H, pairs[i].model_q);
-  }
-  CHECK_FALSE(homography_from_lines(pairs, &H));
-
-  for (PlaneLinePair& pair : pairs) pair.model_p = pair.model_q = pair.image_p = pair.image_q = Vec2(1.0, 1.0);
-  CHECK_FALSE(homography_from_lines(pairs, &H));
-  CHECK(H == Mat3::Identity());
 }
 
 }  // namespace

@@ -41,9 +41,10 @@ Solved solve(double noise_px, double sigma_px, const CovarianceOptions& options,
   Status status = Status::in_progress;
   while (status == Status::in_progress) status = refiner.step();
   CHECK(status == Status::ok);
+  std::vector<LineResponse> responses(s.model.size());
   Solved solved;
   solved.camera = refiner.camera();
-  solved.status = compute_covariance(refiner, policy, options, views.size(), {}, &solved.result);
+  solved.status = compute_covariance(refiner, policy, options, views.size(), responses, &solved.result);
   return solved;
 }
 
@@ -99,6 +100,18 @@ TEST_CASE("covariance and sigma agree, held parameters have none and are assumed
   }
   CHECK(s.result.condition > 1.0);
   CHECK(s.result.condition < 1e6);
+}
+
+TEST_CASE("offsets that all views share widen sigma beyond the points' own") {
+  CovarianceOptions options;
+  const double alone = solve(0.4, 0.4, options, 8).result.sigma[0];
+  options.line_offset_px = 0.1;
+  const double little = solve(0.4, 0.4, options, 8).result.sigma[0];
+  options.line_offset_px = 0.2;
+  const double more = solve(0.4, 0.4, options, 8).result.sigma[0];
+  CHECK(little > alone);
+  // Variances add, and the offsets' part grows with its square.
+  CHECK(more * more - alone * alone == doctest::Approx(4.0 * (little * little - alone * alone)).epsilon(1e-6));
 }
 
 TEST_CASE("a parameter that rests on its prior is listed as assumed") {
