@@ -27,6 +27,8 @@ MonoSolverOptions MonoOptions::recorded_lines() {
   options.policy.higher_radial_sd = 0.1;
   options.covariance.line_offset_px = 0.5;
   options.plausibility.max_focal_sigma = 0.015;
+  // Four sigma of the prior: only a model of other dimensions pulls pixels of any real sensor so far from square.
+  options.plausibility.max_aspect = 1.02;
   return options;
 }
 

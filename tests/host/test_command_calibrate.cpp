@@ -119,6 +119,15 @@ TEST_CASE("lecalib calibrate: a recording of a box gives its camera without a hi
   CHECK(json["diagnostics"]["cpu_ms"]["match_and_solve"].get<double>() > 0);
 }
 
+TEST_CASE("lecalib calibrate: a box measured 2 cm wrong is refused: no sensor's pixels are so far from square") {
+  const TemporaryFolder folder;
+  const std::string events = (source_dir() / "examples/data/events.raw").string();
+  const CommandRun run = run_lecalib({"calibrate", events, "--target", "box:0.40x0.30x0.27", "--out", folder.path()});
+  CHECK(run.exit_code == 1);
+  CHECK(run.err.find("check the model's dimensions") != std::string::npos);
+  CHECK(json_of(folder / "calibration.json")["cameras"].empty());
+}
+
 TEST_CASE("lecalib calibrate: a recording without lines is refused with a reason") {
   const TemporaryFolder folder;
   lecalib::Rng rng(3);
