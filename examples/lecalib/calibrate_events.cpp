@@ -16,6 +16,9 @@ namespace {
 using host::EventFile;
 using host::thread_cpu_ns;
 
+/// The search for the model's faces takes every four lines that meet: a second at this size, hours at 2000.
+constexpr std::size_t kMaxModelLines = 128;
+
 double milliseconds(std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; }
 
 std::vector<EventFile> open_all(const CalibrateOptions& options) {
@@ -71,6 +74,11 @@ void add_counts(const std::vector<EventFile>& files, const MonoStats& stats, hos
 }  // namespace
 
 void calibrate_events(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report) {
+  if (model.lines.size() > kMaxModelLines) {
+    fail({"expected at most " + std::to_string(kMaxModelLines) + " lines to search a recording for, the model has " +
+              std::to_string(model.lines.size()),
+          options.model.empty() ? options.target : options.model});
+  }
   std::vector<EventFile> files = open_all(options);
   report->diagnostics.inputs.insert(report->diagnostics.inputs.end(), options.events.begin(), options.events.end());
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 /// lecalib detect: the straight moving lines of a recording, window by window.
+#include <charconv>
 #include <cinttypes>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +14,7 @@
 #include "lecalib/events/window_builder.hpp"
 #include "lecalib/host/cpu_clock.hpp"
 #include "lecalib/host/event_file.hpp"
+#include "lecalib/host/file_io.hpp"
 #include "lecalib/host/heap_arena.hpp"
 #include "lecalib/host/json_writer.hpp"
 #include "lecalib/host/lines_csv.hpp"
@@ -42,6 +45,21 @@ struct Options {
   [[nodiscard]] bool is_one_window() const { return from_us && to_us && !window_us; }
   [[nodiscard]] bool is_adaptive() const { return !window_us && !is_one_window(); }
 };
+
+/// later - earlier for any two times, later >= earlier.
+std::uint64_t distance_us(std::int64_t earlier, std::int64_t later) {
+  return static_cast<std::uint64_t>(later) - static_cast<std::uint64_t>(earlier);
+}
+
+/// Refuses what CLI11 would bend into a whole number: "" into 0, too large ones into the largest, -1 as well where none
+/// is below 0.
+template <class Number>
+std::string check_whole(const std::string& text) {
+  Number value = 0;
+  const char* const end = text.data() + text.size();
+  const std::from_chars_result result = std::from_chars(text.data(), end, value);
+  return result.ec == std::errc() && result.ptr == end ? "" : "expected a whole number, found '" + text + "'";
+}
 
 /// All memory of the detection, carved from one block.
 struct Memory {
@@ -115,7 +133,8 @@ class WindowSource {
   void read() {
     const Span<const Event> events = take(file_->read());
     const std::uint64_t begin_ns = thread_cpu_ns();
-    const bool is_beyond = !events.empty() && options_.to_us && events[0].t_us - kDisorderUs >= *options_.to_us;
+    const bool is_beyond = !events.empty() && options_.to_us && events[0].t_us >= *options_.to_us &&
+                           distance_us(*options_.to_us, events[0].t_us) >= kDisorderUs;
     at_end_ = events.empty() || is_beyond;
     events_ = events;
     if (options_.from_us || options_.to_us) {
@@ -130,7 +149,7 @@ class WindowSource {
   }
 
   /// Events may stand so much later in the file than their time says.
-  static constexpr std::int64_t kDisorderUs = 1'000'000;
+  static constexpr std::uint64_t kDisorderUs = 1'000'000;
 
   EventFile* file_;
   const Options& options_;
@@ -205,14 +224,32 @@ std::string stats_json(const EventFile& file, const WindowSource& windows, const
 
 void check_range(const Options& options) {
   if (options.window_us && *options.window_us <= 0) fail({"--window-us: expected a length above 0"});
-  if (options.from_us && options.to_us && *options.from_us >= *options.to_us) {
+  if (!options.from_us || !options.to_us) return;
+  if (*options.from_us >= *options.to_us) {
     fail(
         {"--from-us " + std::to_string(*options.from_us) + " is not before --to-us " + std::to_string(*options.to_us)});
+  }
+  if (distance_us(*options.from_us, *options.to_us) > std::numeric_limits<std::int64_t>::max()) {
+    fail({"--from-us to --to-us: expected less than 2^63 us"});
+  }
+}
+
+/// A result takes the place neither of the recording nor of another result.
+void check_paths(const Options& options) {
+  const std::string* const paths[] = {&options.events, &options.out, &options.stats, &options.svg};
+  for (const std::string* const& path : paths) {
+    for (const std::string* const* other = paths; other != &path; ++other) {
+      if (path->empty() || !host::is_same_file(**other, *path)) continue;
+      fail({other == paths ? "is the recording, expected another name for the result"
+                           : "is named for two results, expected a name for each",
+            *path});
+    }
   }
 }
 
 void run(const Options& options) {
   check_range(options);
+  check_paths(options);
   EventFile file = open_events(options.events, options.sensor);
 
   DetectorCapacities capacities;
@@ -278,13 +315,16 @@ void add_detect(CLI::App& app) {
   command
       ->add_option("--window-us", options->window_us,
                    "Length of the windows, us (default: follows the motion, so that lines travel about 5 px)")
+      ->check(check_whole<std::int64_t>)
       ->type_name("N");
   command->add_option("--from-us", options->from_us, "Leave out events before this time of the recording, us")
+      ->check(check_whole<std::int64_t>)
       ->type_name("A");
   command
       ->add_option(
           "--to-us", options->to_us,
           "Leave out events from this time on, us. With --from-us and without --window-us the range is one window")
+      ->check(check_whole<std::int64_t>)
       ->type_name("B");
   command
       ->add_option("--max-events", options->max_events,
@@ -300,6 +340,7 @@ void add_detect(CLI::App& app) {
   command
       ->add_option("--svg-window", options->svg_window,
                    "Which window to draw, from 0 (default: the one with most lines)")
+      ->check(check_whole<std::size_t>)
       ->needs("--svg")
       ->type_name("N");
   command->callback([options] { run(*options); });

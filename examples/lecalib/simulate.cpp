@@ -2,11 +2,13 @@
 /// lecalib simulate: a recording with exact truth.
 #include <cinttypes>
 #include <cstdio>
-#include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include "commands.hpp"
+#include "lecalib/host/file_io.hpp"
 #include "lecalib/host/sensor_size.hpp"
 #include "lecalib/host/simulator.hpp"
 #include "lecalib/math/trigonometry.hpp"
@@ -16,7 +18,7 @@ namespace lecalib::command {
 namespace {
 
 struct Arguments {
-  std::string target, sensor = "346x260", out;
+  std::string target, sensor = "346x260", out, motion = "shake";
   double fov_deg = 60;
   std::optional<double> fx, fy, cx, cy;
   host::SimulatorOptions options;
@@ -37,12 +39,23 @@ Camera true_camera(const Arguments& arguments) {
   return camera;
 }
 
+host::Motion motion_named(std::string_view name) {
+  if (name == "sweep") return host::Motion::sweep;
+  return name == "rotate" ? host::Motion::rotate : host::Motion::shake;
+}
+
 void run(const Arguments& arguments) {
   host::SimulatorOptions options = arguments.options;
+  options.motion = motion_named(arguments.motion);
   options.camera = true_camera(arguments);
   Progress progress("simulating");
   const host::Recording recording =
       take(host::simulate(arguments.target, options, [&](double done) { progress.update(done); }));
+  constexpr std::string_view kFile = "file:";
+  const std::string model_out = arguments.out + "/model.txt";
+  if (arguments.target.rfind(kFile, 0) == 0 && host::is_same_file(arguments.target.substr(kFile.size()), model_out)) {
+    fail({"is the target's own file, expected another folder for the recording", model_out});
+  }
   check(host::write_recording(recording, arguments.out));
   const host::SensorStats& stats = recording.stats;
   std::printf("%zu events in %.3f s (%" PRIu64 " noise, %" PRIu64 " from hot pixels), %zu model lines\n",
@@ -99,11 +112,9 @@ void add_simulate(CLI::App& app) {
                    "rectangle:WxH, box:WxHxD, checkerboard:CxR:S (inner corners, square) in metres, or file:PATH")
       ->required();
   command->add_option("--out", arguments->out, "folder for the recording, made when missing")->required();
-  const std::map<std::string, host::Motion> motions = {
-      {"shake", host::Motion::shake}, {"sweep", host::Motion::sweep}, {"rotate", host::Motion::rotate}};
-  command->add_option("--motion", options.motion, "shake (default), sweep around the target, or rotate about the axis")
-      ->transform(CLI::CheckedTransformer(motions, CLI::ignore_case))
-      ->default_str("shake");
+  command->add_option("--motion", arguments->motion, "shake, sweep around the target, or rotate about the axis")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"shake", "sweep", "rotate"}));
   command->add_option("--speed", options.speed, "factor on the motion's frequencies")->capture_default_str();
   command->add_option("--duration-s", options.duration_s, "length of the recording, s")->capture_default_str();
   command->add_option("--seed", options.seed, "of motion, pixels and noise")->capture_default_str();

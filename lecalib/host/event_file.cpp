@@ -32,10 +32,10 @@ SensorSize likely_sensor(SensorSize seen) {
   return seen;
 }
 
-/// Line `number` of a text file in quotes, for a message; empty when it cannot be had again.
+/// Line `number` of a text file in quotes, for a message.
 std::string quoted_line(const std::string& path, std::uint64_t number) {
   Result<InputFile> input = InputFile::open(path);
-  if (!input.ok() || input.value().size() == 0) return "";
+  if (!input.ok()) return "";
   std::vector<std::uint8_t> chunk(kBytesPerRead);
   std::string line;
   for (std::uint64_t at = 1; at <= number;) {
@@ -68,6 +68,7 @@ Result<EventFile> EventFile::open(const std::string& path, SensorSize given) {
   }
   file.sensor_ = file.decoder_.size();
   if (is_known(file.sensor_)) return opened;
+  if (file.size_bytes() == 0) return Error{"does not state the sensor's size: give --sensor WxH", path};
   const Result<SensorSize> guess = size_of_all_events(path);
   if (!guess.ok()) return guess.error();
   file.sensor_ = guess.value();
@@ -90,7 +91,6 @@ Result<EventFile> EventFile::open_with_head(const std::string& path, SensorSize 
 Result<SensorSize> EventFile::size_of_all_events(const std::string& path) {
   Result<EventFile> file = open_with_head(path, {});
   if (!file.ok()) return file.error();
-  if (file.value().size_bytes() == 0) return Error{"does not state the sensor's size: give --sensor WxH", path};
   SensorSize size;
   while (true) {
     const Result<Span<const Event>> events = file.value().read();
@@ -153,7 +153,8 @@ Error EventFile::decode_error(Status status) const {
         expected + ", found " + (is_recognised ? format_name() : "something else"), path(), 0, 0, std::nullopt, status};
   }
   if (cause.line == 0) return {expected, path(), 0, 0, cause.offset};
-  const std::string found = quoted_line(path(), cause.line);
+  const bool is_pipe = size_bytes() == 0;  // opened anew it would block, or go on elsewhere
+  const std::string found = is_pipe ? "" : quoted_line(path(), cause.line);
   return {expected + (found.empty() ? "" : ", found " + found), path(), cause.line};
 }
 

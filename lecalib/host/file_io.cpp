@@ -124,6 +124,15 @@ MaybeError write_file(const std::string& path, std::string_view content) {
   return std::nullopt;
 }
 
+bool is_same_file(const std::string& a, const std::string& b) {
+  namespace fs = std::filesystem;
+  std::error_code code;
+  if (fs::exists(a, code) && !fs::is_regular_file(a, code)) return false;
+  if (fs::equivalent(a, b, code)) return true;
+  const fs::path canonical = fs::weakly_canonical(a, code);
+  return !code && canonical == fs::weakly_canonical(b, code) && !code;
+}
+
 MaybeError make_folder(const std::string& path) {
   std::error_code code;
   std::filesystem::create_directories(path, code);

@@ -39,6 +39,10 @@ Result<std::string> read_text_file(const std::string& path);
 /// which then takes its name. On error nothing is left behind.
 MaybeError write_file(const std::string& path, std::string_view content);
 
+/// Whether writing to one path would touch the other: one name, or two names of one file. Devices and pipes take any
+/// number of writers and are never the same.
+bool is_same_file(const std::string& a, const std::string& b);
+
 /// Makes `path` a folder if it is none, with its parents.
 MaybeError make_folder(const std::string& path);
 

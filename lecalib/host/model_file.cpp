@@ -31,12 +31,12 @@ Result<ModelLine> parse_row(const std::vector<Field>& fields) {
     const std::optional<double> value = parse_number(fields[i].text);
     if (!value)
       return Error{"expected a finite number of metres, found " + quoted(fields[i].text), "", 0, fields[i].column};
+    if (std::abs(*value) > kMaxModelMetres)
+      return Error{"expected metres between -1e6 and 1e6, found " + quoted(fields[i].text), "", 0, fields[i].column};
     (i < 3 ? line.p[i] : line.q[i - 3]) = *value;
   }
-  const double metres = length(line);
-  if (!std::isfinite(metres)) return Error{"the segment is too long for a number", "", 0, fields.front().column};
-  if (metres <= 0)
-    return Error{"expected two different end points, found a segment without length", "", 0, fields.front().column};
+  if (length(line) < kMinModelMetres)
+    return Error{"expected two end points 1e-6 m or more apart", "", 0, fields.front().column};
   return line;
 }
 

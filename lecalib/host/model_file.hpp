@@ -14,14 +14,18 @@ namespace lecalib::host {
 /// Fewer coplanar lines leave a pose and one focal length undetermined ([Liu24] section 3.3: 4 coplanar, 6 otherwise).
 inline constexpr std::size_t kMinModelLines = 4;
 
+/// What a model may measure, metres. Whatever is larger or smaller is a slip, and its squares leave a double's range.
+inline constexpr double kMaxModelMetres = 1e6;
+inline constexpr double kMinModelMetres = 1e-6;
+
 struct Model {
   std::vector<ModelLine> lines;    ///< metres, in the object's frame
   std::vector<std::string> names;  ///< of lines[i]; unique
 };
 
 /// Reads rows `x1 y1 z1 x2 y2 z2 name` in metres; '#' starts a comment, blank lines are skipped.
-/// Errors carry line and column: fields missing or too many, not a finite number, a segment without length, a name used
-/// twice, fewer than kMinModelLines rows.
+/// Errors carry line and column: fields missing or too many, not a finite number, a coordinate beyond kMaxModelMetres,
+/// a segment shorter than kMinModelMetres, a name used twice, fewer than kMinModelLines rows.
 /// @param file_name goes into the error.
 Result<Model> parse_model(std::string_view text, const std::string& file_name);
 Result<Model> read_model(const std::string& path);

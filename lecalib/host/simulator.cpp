@@ -19,6 +19,7 @@ namespace {
 constexpr double kMaxStep = 1e-3;    ///< s between frames: near turning points of the motion distance alone says little
 constexpr double kMinStep = 5e-5;    ///< s
 constexpr double kMaxMotion = 0.35;  ///< px between frames, of the model's end points
+constexpr std::int64_t kMaxStartUs = 1'000'000'000'000'000;
 
 MaybeError check(const SimulatorOptions& o) {
   const Camera& c = o.camera;
@@ -32,7 +33,7 @@ MaybeError check(const SimulatorOptions& o) {
   if (!(c.fx > 0 && c.fy > 0)) return Error{"the focal lengths must be above 0"};
   if (!(o.duration_s > 0 && o.duration_s <= 600)) return Error{"the duration must be above 0 and at most 600 s"};
   if (!(o.speed > 0 && o.speed <= 100)) return Error{"the speed must be above 0 and at most 100"};
-  if (o.start_us < 0) return Error{"the start time must not be negative"};
+  if (o.start_us < 0 || o.start_us > kMaxStartUs) return Error{"the start time must be 0 to 1e15 us"};
   if (!(o.pose_rate_hz >= 10 && o.pose_rate_hz <= 1e4)) return Error{"the truth's pose rate must be 10 to 10000 Hz"};
   if (o.views < 2 || o.views > 1000) return Error{"the truth must have 2 to 1000 views"};
   if (!(s.threshold >= 0.05 && s.threshold <= 2)) return Error{"the threshold must be 0.05 to 2"};

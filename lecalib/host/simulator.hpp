@@ -22,7 +22,7 @@ struct SimulatorOptions {
   double speed = 1.0;       ///< factor on the motion's frequencies, (0, 100]
   double duration_s = 1.0;  ///< (0, 600]
   std::uint64_t seed = 1;
-  std::int64_t start_us = 1'000'000;  ///< time of the first frame, >= 0
+  std::int64_t start_us = 1'000'000;  ///< time of the first frame, 0 to 1e15
   SensorOptions sensor;
   double pose_rate_hz = 1000;  ///< of the truth's poses, [10, 10000]
   std::size_t views = 21;      ///< instants at which the truth lists the lines' images, [2, 1000]

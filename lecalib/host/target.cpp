@@ -16,12 +16,12 @@ void add(Model* model, const ModelLine& line, std::string name) {
   model->names.push_back(std::move(name));
 }
 
-/// "0.4x0.3x0.25" into that many positive numbers; empty when it is anything else.
+/// "0.4x0.3x0.25" into that many lengths a model may have; empty when it is anything else.
 std::vector<double> sizes(std::string_view text, std::size_t count) {
   std::vector<double> values;
   for (const Field& field : split(text, 'x')) {
     const std::optional<double> value = parse_number(field.text);
-    if (!value || *value <= 0) return {};
+    if (!value || *value < kMinModelMetres || *value > kMaxModelMetres) return {};
     values.push_back(*value);
   }
   return values.size() == count ? values : std::vector<double>();

@@ -4,7 +4,6 @@
 namespace lecalib {
 namespace {
 
-constexpr std::uint16_t kMaxSide = 4096;
 /// Share of the cells that are taken for free of edges when the noise floor is measured.
 constexpr float kQuietShare = 0.4F;
 /// Counts above this are edges in any case, so the histogram can end there.
@@ -44,8 +43,9 @@ float noise_floor(Span<const std::uint32_t> cell_start, std::size_t first, std::
 }
 
 bool valid(const EventWindow& window, const CloudOptions& options) {
-  return options.width > 0 && options.height > 0 && options.width <= kMaxSide && options.height <= kMaxSide &&
-         options.c_z_us_per_px >= 0 && options.auto_depth_px > 0 && window.end_us > window.begin_us;
+  return options.width > 0 && options.height > 0 && options.width <= kMaxSensorSide &&
+         options.height <= kMaxSensorSide && options.c_z_us_per_px >= 0 && options.auto_depth_px > 0 &&
+         window.end_us > window.begin_us;
 }
 
 }  // namespace

@@ -11,8 +11,11 @@
 
 namespace lecalib {
 
+/// Widest and highest sensor, px.
+inline constexpr std::uint16_t kMaxSensorSide = 4096;
+
 struct CloudOptions {
-  std::uint16_t width = 0, height = 0;  ///< of the sensor, px, 1 to 4096
+  std::uint16_t width = 0, height = 0;  ///< of the sensor, px, 1 to kMaxSensorSide
   /// c_z, microseconds per px of depth, > 0; 0: automatic, so that the window is auto_depth_px deep. [Liu24] uses 5000.
   float c_z_us_per_px = 0;
   /// Depth of the window under automatic c_z, px, > 0. An edge that travels as many px stands at 45 degrees.

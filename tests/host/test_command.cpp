@@ -8,6 +8,7 @@
 
 using lecalib::test::CommandRun;
 using lecalib::test::run_lecalib;
+using lecalib::test::RunAs;
 
 TEST_CASE("lecalib: help and version succeed and go to stdout") {
   const CommandRun help = run_lecalib({"--help"});
@@ -17,6 +18,14 @@ TEST_CASE("lecalib: help and version succeed and go to stdout") {
   const CommandRun version = run_lecalib({"--version"});
   CHECK(version.exit_code == 0);
   CHECK(version.out.rfind("lecalib ", 0) == 0);
+}
+
+TEST_CASE("lecalib: an answer that cannot be written is none") {
+  for (const auto& arguments : std::vector<std::vector<std::string>>{{"--version"}, {"info", "--help"}}) {
+    const CommandRun run = run_lecalib(arguments, RunAs::me, "/dev/full");
+    CHECK(run.exit_code == 1);
+    CHECK(run.err == "lecalib: cannot write to the standard output\n");
+  }
 }
 
 TEST_CASE("lecalib: a wrong command line is one line on stderr") {

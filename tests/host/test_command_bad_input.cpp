@@ -83,6 +83,44 @@ TEST_CASE("bad input: a sensor size that cannot be right") {
   CHECK(folder.count() == 2);
 }
 
+TEST_CASE("bad input: a sensor too small or too large to find lines on") {
+  const TemporaryFolder folder;
+  const std::string wide = made(folder, "wide.txt", "1 4096 5 1\n2 3 19 0\n");
+  CHECK(complaint(run_lecalib({"detect", wide, "--out", folder / "l.csv"})) ==
+        wide + ": lines are found on sensors of 2x2 to 4096x4096 px, this one has 4097x20");
+  const std::string point = made(folder, "point.txt", "1 0 0 1\n2 0 0 0\n");
+  CHECK(complaint(run_lecalib({"calibrate", point, "--target", "box:1x1x1"})) ==
+        point + ": lines are found on sensors of 2x2 to 4096x4096 px, this one has 1x1");
+}
+
+TEST_CASE("bad input: a file's own name does not break the line") {
+  const TemporaryFolder folder;
+  CHECK(complaint(run_lecalib({"info", folder / "a\n\x1b[31mb"})) ==
+        (folder / "a??[31mb") + ": cannot open: no such file or directory");
+}
+
+TEST_CASE("bad input: the recording or the target is named as a result") {
+  const TemporaryFolder folder;
+  const std::string events = made(folder, "e.txt", kEvents);
+  const std::string model = made(folder, "model.txt", kModel);
+  CHECK(complaint(run_lecalib({"detect", events, "--sensor", "240x180", "--out", folder / "./e.txt"})) != "");
+  CHECK(complaint(run_lecalib({"detect", events, "--sensor", "240x180", "--out", events})) ==
+        events + ": is the recording, expected another name for the result");
+  CHECK(complaint(run_lecalib({"simulate", "--target", "file:" + model, "--sensor", "64x48", "--duration-s", "0.01",
+                               "--out", folder.path()})) ==
+        model + ": is the target's own file, expected another folder for the recording");
+  CHECK(read_text_file(events).value() == kEvents);
+  CHECK(read_text_file(model).value() == kModel);
+  CHECK(folder.count() == 2);
+}
+
+TEST_CASE("bad input: a model of more lines than the search takes") {
+  const TemporaryFolder folder;
+  const std::string events = made(folder, "e.txt", kEvents);
+  CHECK(complaint(run_lecalib({"calibrate", events, "--sensor", "240x180", "--target", "checkerboard:99x99:0.01"})) ==
+        "checkerboard:99x99:0.01: expected at most 128 lines to search a recording for, the model has 202");
+}
+
 TEST_CASE("bad input: a folder to write to that does not exist") {
   const TemporaryFolder folder;
   const std::string events = made(folder, "e.txt", kEvents);

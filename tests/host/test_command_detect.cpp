@@ -135,8 +135,14 @@ TEST_CASE("lecalib detect: options that make no sense write nothing") {
   REQUIRE_FALSE(write_file(folder / "e.csv", moving_edge()));
   const std::vector<std::vector<std::string>> wrong = {{"--from-us", "5", "--to-us", "5"},
                                                        {"--window-us", "0"},
+                                                       {"--window-us", ""},
+                                                       {"--to-us", "99999999999999999999"},
+                                                       {"--from-us", "-9223372036854775808", "--to-us", "1"},
                                                        {"--from-us", "90000000"},
                                                        {"--svg", folder / "w.svg", "--svg-window", "999"},
+                                                       {"--svg", folder / "w.svg", "--svg-window", "-1"},
+                                                       {"--svg", folder / "lines.csv"},
+                                                       {"--stats", folder / "e.csv"},
                                                        {"--sensor", "0x5"}};
   for (const auto& more : wrong) {
     CAPTURE(more[0]);

@@ -54,6 +54,7 @@ TEST_CASE("lecalib simulate: what cannot be simulated is one line on stderr, and
       {"--target", "box:1x1x1", "--threshold", "0"},
       {"--target", "box:1x1x1", "--noise", "-1"},
       {"--target", "box:1x1x1", "--seed", "x"},
+      {"--target", "box:1x1x1", "--start-us", "9000000000000000000"},
       {},
   };
   for (const std::vector<std::string>& options : wrong) {

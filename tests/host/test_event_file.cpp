@@ -3,7 +3,10 @@
 
 #include <doctest/doctest.h>
 
+#include <sys/stat.h>
+
 #include <fstream>
+#include <thread>
 
 #include "support/shared_data.hpp"
 #include "support/temporary_folder.hpp"
@@ -73,6 +76,21 @@ TEST_CASE("event file: a size that nobody states is taken from the coordinates")
   REQUIRE(given.ok());
   CHECK_FALSE(given.value().sensor_is_guess());
   CHECK(given.value().sensor().width == 300);
+}
+
+TEST_CASE("event file: a pipe is opened once, whatever is wrong with it") {
+  const TemporaryFolder folder;
+  const std::string pipe = folder / "pipe";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  const auto error_of_pipe = [&](const std::string& text, SensorSize given) {
+    std::thread writer([&] { std::ofstream(pipe) << text; });
+    const std::string error = error_of(pipe, given);
+    writer.join();
+    return error;
+  };
+  CHECK(error_of_pipe("1 9 5 1\n2 3 19 0\n", {}) == pipe + ": does not state the sensor's size: give --sensor WxH");
+  CHECK(error_of_pipe("1 9 5 1\n2 3 19 0\n", {20, 20}) == "");
+  CHECK(error_of_pipe("1 9 5 1\n2 3 19\n", {20, 20}) == pipe + ":2: expected polarity 0, 1 or -1");
 }
 
 TEST_CASE("event file: what is wrong is said with file and place") {

@@ -47,9 +47,11 @@ TEST_CASE("a broken model names its line, column and what was expected") {
   CHECK(error_of(good + "\n1 2 nan 4 5 6 a") == "m.txt:7:5: expected a finite number of metres, found 'nan'");
   CHECK(error_of(good + "\n1 2 3 4 inf 6 a") == "m.txt:7:9: expected a finite number of metres, found 'inf'");
   CHECK(error_of(good + "\n1 2 3 4 5,0 6 a") == "m.txt:7:9: expected a finite number of metres, found '5,0'");
-  CHECK(error_of(good + "\n1 2 3 1 2 3 a") ==
-        "m.txt:7:1: expected two different end points, found a segment without length");
-  CHECK(error_of(good + "\n1e300 0 0 -1e300 0 0 a") == "m.txt:7:1: the segment is too long for a number");
+  CHECK(error_of(good + "\n1 2 3 1 2 3 a") == "m.txt:7:1: expected two end points 1e-6 m or more apart");
+  CHECK(error_of(good + "\n1 2 3 1 2 3.0000009 a") == "m.txt:7:1: expected two end points 1e-6 m or more apart");
+  CHECK(error_of(good + "\n1e6 0 0 -1e6 0 0 a") == "no error");
+  CHECK(error_of(good + "\n1.1e6 0 0 1 0 0 a") == "m.txt:7:1: expected metres between -1e6 and 1e6, found '1.1e6'");
+  CHECK(error_of(good + "\n0 0 0 1 0 -1e300 a") == "m.txt:7:11: expected metres between -1e6 and 1e6, found '-1e300'");
   CHECK(error_of(good + "\n1 2 3 4 5 6 top") == "m.txt:7:13: the name 'top' is already used in line 5");
   CHECK(error_of("0 0 0 1 0 0 only\n") == "m.txt:1: expected at least 4 lines in the model, found 1");
   CHECK(error_of("# nothing\n") == "m.txt:1: expected at least 4 lines in the model, found 0");
@@ -110,8 +112,9 @@ TEST_CASE("a checkerboard's lines run through its inner corners to the rim") {
 TEST_CASE("target descriptions that make no sense say what was expected") {
   for (const char* spec :
        {"", "rectangle", "rectangle:", "rectangle:0.3", "rectangle:0.3x-0.2", "rectangle:0.3x0.2x0.1", "rectangle:axb",
-        "box:1x2", "box:1x2x0", "checkerboard:9x6", "checkerboard:1x6:0.03", "checkerboard:9x6:0",
-        "checkerboard:9.5x6:0.03", "checkerboard:9x6:0.03:1", "checkerboard:99999x6:0.03", "file:", "circle:3"}) {
+        "box:1x2", "box:1x2x0", "box:1x2x1e-7", "rectangle:1x1e300", "checkerboard:9x6", "checkerboard:1x6:0.03",
+        "checkerboard:9x6:0", "checkerboard:9.5x6:0.03", "checkerboard:9x6:0.03:1", "checkerboard:99999x6:0.03",
+        "file:", "circle:3"}) {
     CAPTURE(spec);
     const Result<Model> model = make_target(spec);
     REQUIRE_FALSE(model.ok());

@@ -43,12 +43,12 @@ void redirect(int stream, const std::string& path) {
 
 }  // namespace
 
-CommandRun run_lecalib(const std::vector<std::string>& arguments, RunAs who) {
+CommandRun run_lecalib(const std::vector<std::string>& arguments, RunAs who, const std::string& output) {
   const TemporaryFolder folder;
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error("fork failed");
   if (child == 0) {
-    redirect(STDOUT_FILENO, folder / "out");
+    redirect(STDOUT_FILENO, output.empty() ? folder / "out" : output);
     redirect(STDERR_FILENO, folder / "err");
     become_lecalib(arguments, who);
   }

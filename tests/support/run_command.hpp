@@ -19,7 +19,9 @@ enum class RunAs { me, nobody };
 /// Runs the built `lecalib` program with these arguments and waits for it.
 /// RunAs::nobody needs to be root and a build folder that others may enter; otherwise the program cannot start and the
 /// exit code is kCannotRun.
-CommandRun run_lecalib(const std::vector<std::string>& arguments, RunAs who = RunAs::me);
+/// @param output where its standard output goes; empty: into CommandRun::out
+CommandRun run_lecalib(const std::vector<std::string>& arguments, RunAs who = RunAs::me,
+                       const std::string& output = "");
 
 inline constexpr int kCannotRun = 127;
 
