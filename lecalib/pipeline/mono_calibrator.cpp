@@ -29,6 +29,11 @@ MonoSolverOptions MonoOptions::recorded_lines() {
   options.plausibility.max_focal_sigma = 0.015;
   // Four sigma of the prior: only a model of other dimensions pulls pixels of any real sensor so far from square.
   options.plausibility.max_aspect = 1.02;
+  // Lenses sit over the sensor's centre to about 5 % of its width; four sigma of that.
+  options.policy.spatial_centre_sd = 0.05;
+  options.plausibility.centre_margin = -0.3;
+  // The lines' sigmas hold their systematic part: the right model stays at about 1 or below.
+  options.plausibility.max_chi2_per_dof = 2;
   return options;
 }
 

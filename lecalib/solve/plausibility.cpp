@@ -71,8 +71,9 @@ Status check_plausibility(const CalibrationData& data, Span<const RefineView> vi
     return Status::implausible_result;
   }
   if (!(static_cast<double>(sum.in_front) >= options.min_visible * points)) return Status::implausible_result;
-  if (!(result->rms_px <= options.max_rms_share * data.width)) return Status::implausible_result;
-  return Status::ok;
+  const bool fits = result->rms_px <= options.max_rms_share * data.width &&
+                    (options.max_chi2_per_dof <= 0.0 || result->chi2_per_dof <= options.max_chi2_per_dof);
+  return fits ? Status::ok : Status::implausible_result;
 }
 
 }  // namespace lecalib

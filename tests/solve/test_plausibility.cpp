@@ -78,6 +78,28 @@ TEST_CASE("a distortion that folds inside the points, points behind the camera a
   CHECK(coarse.check() == Status::implausible_result);
 }
 
+TEST_CASE("residuals far beyond their given sigmas are refused where a bound is set") {
+  Case c = good_case();
+  c.result.chi2_per_dof = 2.1;
+  CHECK(c.check() == Status::ok);
+  c.options.max_chi2_per_dof = 2.0;
+  CHECK(c.check() == Status::implausible_result);
+  CHECK(c.result.parameter == kNoParameter);
+  c.result.chi2_per_dof = 1.9;
+  CHECK(c.check() == Status::ok);
+}
+
+TEST_CASE("a negative margin asks the principal point to lie that far inside of the image") {
+  Case c = good_case();
+  c.options.centre_margin = -0.3;
+  CHECK(c.check() == Status::ok);
+  c.result.camera.cx = 0.29 * 640;
+  CHECK(c.check() == Status::implausible_result);
+  CHECK(c.result.parameter == 2);
+  c.result.camera.cx = 0.31 * 640;
+  CHECK(c.check() == Status::ok);
+}
+
 TEST_CASE("values that are not finite are refused") {
   Case c = good_case();
   c.result.camera.k2 = std::numeric_limits<double>::quiet_NaN();
