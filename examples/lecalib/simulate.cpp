@@ -45,17 +45,17 @@ host::Motion motion_named(std::string_view name) {
 }
 
 void run(const Arguments& arguments) {
+  constexpr std::string_view kFile = "file:";
+  const std::string model_out = arguments.out + "/model.txt";
+  if (arguments.target.rfind(kFile, 0) == 0 && host::is_same_file(arguments.target.substr(kFile.size()), model_out)) {
+    fail({"is the target's own file, expected another folder for the recording", model_out});
+  }
   host::SimulatorOptions options = arguments.options;
   options.motion = motion_named(arguments.motion);
   options.camera = true_camera(arguments);
   Progress progress("simulating");
   const host::Recording recording =
       take(host::simulate(arguments.target, options, [&](double done) { progress.update(done); }));
-  constexpr std::string_view kFile = "file:";
-  const std::string model_out = arguments.out + "/model.txt";
-  if (arguments.target.rfind(kFile, 0) == 0 && host::is_same_file(arguments.target.substr(kFile.size()), model_out)) {
-    fail({"is the target's own file, expected another folder for the recording", model_out});
-  }
   check(host::write_recording(recording, arguments.out));
   const host::SensorStats& stats = recording.stats;
   std::printf("%zu events in %.3f s (%" PRIu64 " noise, %" PRIu64 " from hot pixels), %zu model lines\n",
@@ -66,33 +66,48 @@ void run(const Arguments& arguments) {
   }
 }
 
+/// One number with its default in --help.
+void add_number(CLI::App* command, const char* name, double* value, const char* unit, const char* meaning) {
+  command->add_option(name, *value, meaning)->type_name(unit)->capture_default_str();
+}
+
 void add_camera_options(CLI::App* command, Arguments* arguments) {
   Camera& camera = arguments->options.camera;
-  command->add_option("--sensor", arguments->sensor, "size of the sensor, WxH pixels")->capture_default_str();
-  CLI::Option* fov =
-      command->add_option("--fov", arguments->fov_deg, "field of view across the width, degrees, before distortion");
-  fov->capture_default_str()->check(CLI::Range(1.0, 170.0));
-  command->add_option("--fx", arguments->fx, "focal length, px; replaces --fov")->excludes(fov);
-  command->add_option("--fy", arguments->fy, "focal length, px; as --fx when left out")->excludes(fov);
-  command->add_option("--cx", arguments->cx, "principal point, px; the image's centre when left out");
-  command->add_option("--cy", arguments->cy, "principal point, px; the image's centre when left out");
-  command->add_option("--k1", camera.k1, "radial distortion, as in OpenCV")->capture_default_str();
-  command->add_option("--k2", camera.k2, "radial distortion")->capture_default_str();
-  command->add_option("--p1", camera.p1, "tangential distortion")->capture_default_str();
-  command->add_option("--p2", camera.p2, "tangential distortion")->capture_default_str();
-  command->add_option("--k3", camera.k3, "radial distortion")->capture_default_str();
+  command->add_option("--sensor", arguments->sensor, "Size of the sensor, px")->type_name("WxH")->capture_default_str();
+  CLI::Option* fov = command->add_option("--fov", arguments->fov_deg, "Field of view across the width, undistorted");
+  fov->type_name("DEG")->capture_default_str()->check(CLI::Range(1.0, 170.0));
+  command->add_option("--fx", arguments->fx, "Focal length, replaces --fov")->type_name("PX")->excludes(fov);
+  command->add_option("--fy", arguments->fy, "Focal length, default as --fx")->type_name("PX")->excludes(fov);
+  command->add_option("--cx", arguments->cx, "Principal point, default the image's centre")->type_name("PX");
+  command->add_option("--cy", arguments->cy, "Principal point, default the image's centre")->type_name("PX");
+  add_number(command, "--k1", &camera.k1, "", "Radial distortion r^2, signs as in OpenCV");
+  add_number(command, "--k2", &camera.k2, "", "Radial distortion r^4");
+  add_number(command, "--k3", &camera.k3, "", "Radial distortion r^6");
+  add_number(command, "--p1", &camera.p1, "", "Tangential distortion");
+  add_number(command, "--p2", &camera.p2, "", "Tangential distortion");
 }
 
 void add_sensor_options(CLI::App* command, host::SensorOptions* sensor) {
-  command->add_option("--threshold", sensor->threshold, "change of ln(brightness) that makes an event")
+  add_number(command, "--threshold", &sensor->threshold, "LN", "Change of ln(brightness) that makes an event");
+  add_number(command, "--noise", &sensor->noise_hz, "HZ", "Events without cause, per pixel");
+  add_number(command, "--hot-fraction", &sensor->hot_fraction, "", "Part of the pixels that fire without end");
+  add_number(command, "--bandwidth", &sensor->bandwidth_hz, "HZ", "Of the pixels in mid brightness");
+  add_number(command, "--refractory-us", &sensor->refractory_us, "US", "Blind time after an event");
+  add_number(command, "--jitter-us", &sensor->jitter_us, "US", "One sigma of the time stamps");
+}
+
+void add_motion_options(CLI::App* command, Arguments* arguments) {
+  host::SimulatorOptions& options = arguments->options;
+  command->add_option("--motion", arguments->motion, "shake by hand, sweep around the target or rotate about the axis")
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"shake", "sweep", "rotate"}).description(""));
+  add_number(command, "--speed", &options.speed, "", "Factor on the motion's frequencies");
+  add_number(command, "--duration-s", &options.duration_s, "S", "Length of the recording");
+  command->add_option("--start-us", options.start_us, "Time of the first frame")
+      ->type_name("US")
       ->capture_default_str();
-  command->add_option("--noise", sensor->noise_hz, "events without cause per pixel, Hz")->capture_default_str();
-  command->add_option("--hot-fraction", sensor->hot_fraction, "part of the pixels that fire without end")
-      ->capture_default_str();
-  command->add_option("--bandwidth", sensor->bandwidth_hz, "of the pixels in mid brightness, Hz")
-      ->capture_default_str();
-  command->add_option("--refractory-us", sensor->refractory_us, "blind time after an event, us")->capture_default_str();
-  command->add_option("--jitter-us", sensor->jitter_us, "one sigma of the time stamps, us")->capture_default_str();
+  command->add_option("--seed", options.seed, "Of motion, pixels and noise")->type_name("N")->capture_default_str();
 }
 
 }  // namespace
@@ -100,29 +115,25 @@ void add_sensor_options(CLI::App* command, host::SensorOptions* sensor) {
 void add_simulate(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   host::SimulatorOptions& options = arguments->options;
-  CLI::App* command = app.add_subcommand("simulate", "make a recording with exact truth");
+  CLI::App* command = app.add_subcommand("simulate", "Make a recording with exact truth");
   command->footer(
-      "Writes events.raw (EVT3), model.txt and truth.json. The model holds the target's lines that the camera sees: of "
-      "a box\n"
-      "the edges of its visible faces. A file's lines are drawn as dark strips on a board, or, when they do not lie in "
-      "one\n"
-      "plane, as dark rods: such lines make events at both of their flanks.");
+      "Writes events.raw (EVT3), model.txt and truth.json. The model holds the target's lines that the\n"
+      "camera sees: of a box the edges of its visible faces. Lines of a file are drawn as dark strips on\n"
+      "a board or, when they do not lie in one plane, as dark rods; such lines make events at both of\n"
+      "their flanks.");
   command
       ->add_option("--target", arguments->target,
-                   "rectangle:WxH, box:WxHxD, checkerboard:CxR:S (inner corners, square) in metres, or file:PATH")
+                   "What is seen, metres: rectangle:WxH, box:WxHxD, checkerboard:CxR:S (inner corners, square) or "
+                   "file:PATH")
+      ->type_name("SPEC")
       ->required();
-  command->add_option("--out", arguments->out, "folder for the recording, made when missing")->required();
-  command->add_option("--motion", arguments->motion, "shake, sweep around the target, or rotate about the axis")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"shake", "sweep", "rotate"}));
-  command->add_option("--speed", options.speed, "factor on the motion's frequencies")->capture_default_str();
-  command->add_option("--duration-s", options.duration_s, "length of the recording, s")->capture_default_str();
-  command->add_option("--seed", options.seed, "of motion, pixels and noise")->capture_default_str();
-  command->add_option("--start-us", options.start_us, "time of the first frame, us")->capture_default_str();
+  command->add_option("--out", arguments->out, "Folder to write to; made if missing")->type_name("DIR")->required();
+  add_motion_options(command, arguments.get());
   add_camera_options(command, arguments.get());
   add_sensor_options(command, &options.sensor);
-  command->add_option("--truth-hz", options.pose_rate_hz, "poses per second in truth.json")->capture_default_str();
-  command->add_option("--truth-views", options.views, "instants at which truth.json lists the lines' images")
+  add_number(command, "--truth-hz", &options.pose_rate_hz, "HZ", "Poses per second in truth.json");
+  command->add_option("--truth-views", options.views, "Instants at which truth.json lists the lines' images")
+      ->type_name("N")
       ->capture_default_str();
   command->callback([arguments] { run(*arguments); });
 }

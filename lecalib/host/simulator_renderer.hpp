@@ -15,6 +15,7 @@ namespace lecalib::host {
 /// pixels near their outlines, now or at the pose before, can have changed: only those are rendered again.
 class Renderer {
  public:
+  /// @param scene must outlive the renderer
   Renderer(const Scene& scene, const Camera& camera);
 
   /// Moves the camera. @return the pixels (y * width + x) that were rendered again, valid until the next call.

@@ -125,7 +125,6 @@ Scene rectangle_scene(const Model& model) {
   const double w = b.size()(0), h = b.size()(1), size = b.size().maxCoeff();
   const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY();
   Scene scene;
-  scene.planar = true;
   Face sheet{b.low, x, y, w, h, 0.80F, {}};
   add_print(&sheet, 0.15 * w, 0.15 * h, 0.6 * w, 0.55 * h, 9);
   sheet.figures.push_back(rectangle(0.15 * w, 0.80 * h, 0.3 * w, 0.08 * h, 0.30F));
@@ -154,7 +153,6 @@ Scene checkerboard_scene(const Model& model) {
   std::sort(ys.begin(), ys.end());
   const double square = xs[1] - xs[0];
   Scene scene;
-  scene.planar = true;
   // Seen from z < 0 the rows run downwards, as OpenCV counts them: u = x, v = -y.
   const Vec3 u = Vec3::UnitX(), v = -Vec3::UnitY();
   const Vec3 size = b.size();
@@ -206,7 +204,6 @@ Scene planar_scene(const Model& model, const Vec3& normal) {
   const Vec3 v = (upright - upright.dot(normal) * normal).normalized();
   const Vec3 u = v.cross(normal);
   Scene scene;
-  scene.planar = true;
   Face sheet = board(b.center(), u, v, 6 * extent, 6 * extent, 0.60F);
   for (const ModelLine& line : model.lines) {
     const Vec3 p = Vec3(line.p) - sheet.origin, q = Vec3(line.q) - sheet.origin;

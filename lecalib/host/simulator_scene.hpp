@@ -32,10 +32,6 @@ struct Face {
 
   [[nodiscard]] Vec3 normal() const { return u.cross(v); }
   [[nodiscard]] Vec3 point(const Vec2& uv) const { return origin + uv(0) * u + uv(1) * v; }
-  /// Corners counter-clockwise from the origin.
-  [[nodiscard]] Vec3 corner(int i) const {
-    return point({i == 1 || i == 2 ? width : 0.0, i == 2 || i == 3 ? height : 0.0});
-  }
 };
 
 /// A round bar of even brightness: an edge of a target of which only the edges are known.
@@ -50,10 +46,9 @@ struct Scene {
   std::vector<Rod> rods;    ///< hide all faces
   std::vector<Face> faces;  ///< the target's first, then the room's
   std::size_t target_faces = 0;
-  bool planar = false;  ///< all model lines lie in one plane
-  Vec3 center;          ///< of the target
-  Vec3 view_from;       ///< unit, from the center to the camera
-  Vec3 up;              ///< unit, what the camera has above it
+  Vec3 center;     ///< of the target
+  Vec3 view_from;  ///< unit, from the center to the camera
+  Vec3 up;         ///< unit, what the camera has above it
 };
 
 /// Brightness of what no face covers, and of pixels whose ray the lens model does not define.

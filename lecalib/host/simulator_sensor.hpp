@@ -10,15 +10,16 @@
 
 namespace lecalib::host {
 
+/// Defaults are near a DAVIS346 in a lit room. "ln" is the natural logarithm of brightness.
 struct SensorOptions {
-  double threshold = 0.24;         ///< change of ln(brightness) that makes an event, > 0
-  double threshold_spread = 0.03;  ///< one sigma between pixels, of ln(brightness), >= 0
-  double threshold_noise = 0.04;   ///< one sigma from event to event, of ln(brightness), >= 0
-  double bandwidth_hz = 400;       ///< of a pixel that sees a radiance of 0.5; slower in the dark, in proportion. > 0
-  double refractory_us = 400;      ///< a pixel is blind for this long after an event, then starts from what it sees
-  double noise_hz = 1.4;           ///< events without cause, per pixel, >= 0
-  double hot_fraction = 5e-4;      ///< part of the pixels that fire without end, 10 to 1500 Hz, >= 0
-  double jitter_us = 30;           ///< one sigma of the time stamps, >= 0
+  double threshold = 0.24;         ///< change of ln that makes an event, [0.05, 2]
+  double threshold_spread = 0.03;  ///< one sigma between pixels, ln, [0, 1]
+  double threshold_noise = 0.04;   ///< one sigma from event to event, ln, [0, 1]
+  double bandwidth_hz = 400;       ///< of a pixel that sees a radiance of 0.5, [1, 1e6]; in the dark down to a tenth
+  double refractory_us = 400;      ///< blind time after an event, [0, 1e6]
+  double noise_hz = 1.4;           ///< events without cause, per pixel, [0, 1000]
+  double hot_fraction = 5e-4;      ///< part of the pixels that fire without end, at 10 to 1500 Hz, [0, 0.1]
+  double jitter_us = 30;           ///< one sigma of the time stamps, [0, 1e4]
 };
 
 struct SensorStats {

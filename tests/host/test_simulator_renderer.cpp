@@ -126,10 +126,10 @@ TEST_CASE("make_scene: nothing to draw is an error, any lines are drawn") {
   Model flat = make_target("rectangle:0.3x0.2").value();
   const auto board = make_scene("file:flat", flat);
   REQUIRE(board.ok());
-  CHECK(board.value().planar);
+  CHECK(board.value().rods.empty());
   CHECK(board.value().faces[0].figures.size() == 4);
   const auto rods = make_scene("file:solid", make_target("box:0.3x0.2x0.1").value());
   REQUIRE(rods.ok());
-  CHECK_FALSE(rods.value().planar);
+  CHECK(rods.value().target_faces == 0);
   CHECK(rods.value().rods.size() == 12);
 }
