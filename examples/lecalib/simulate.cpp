@@ -74,8 +74,9 @@ void add_number(CLI::App* command, const char* name, double* value, const char* 
 void add_camera_options(CLI::App* command, Arguments* arguments) {
   Camera& camera = arguments->options.camera;
   command->add_option("--sensor", arguments->sensor, "Size of the sensor, px")->type_name("WxH")->capture_default_str();
-  CLI::Option* fov = command->add_option("--fov", arguments->fov_deg, "Field of view across the width, undistorted");
-  fov->type_name("DEG")->capture_default_str()->check(CLI::Range(1.0, 170.0));
+  CLI::Option* fov =
+      command->add_option("--fov", arguments->fov_deg, "Field of view across the width, undistorted, 1 to 170");
+  fov->type_name("DEG")->capture_default_str()->check(CLI::Range(1.0, 170.0).description(""));
   command->add_option("--fx", arguments->fx, "Focal length, replaces --fov")->type_name("PX")->excludes(fov);
   command->add_option("--fy", arguments->fy, "Focal length, default as --fx")->type_name("PX")->excludes(fov);
   command->add_option("--cx", arguments->cx, "Principal point, default the image's centre")->type_name("PX");
