@@ -40,6 +40,9 @@ struct Options {
   std::optional<std::int64_t> from_us;
   std::optional<std::int64_t> to_us;
   std::size_t max_events = DetectorCapacities().events;
+  std::string detector = "fast";
+
+  [[nodiscard]] DetectorKind kind() const { return detector == "fast" ? DetectorKind::fast : DetectorKind::reference; }
 
   /// Both ends are given and no length: the range is the one window.
   [[nodiscard]] bool is_one_window() const { return from_us && to_us && !window_us; }
@@ -247,15 +250,21 @@ void check_paths(const Options& options) {
   }
 }
 
+DetectorCapacities capacities_for(const Options& options, SensorSize sensor) {
+  DetectorCapacities capacities;
+  capacities.events = options.max_events;
+  capacities.width = sensor.width;
+  capacities.height = sensor.height;
+  if (options.kind() == DetectorKind::fast) capacities.surface_points = capacities.regions = 0;
+  return capacities;
+}
+
 void run(const Options& options) {
   check_range(options);
   check_paths(options);
   EventFile file = open_events(options.events, options.sensor);
 
-  DetectorCapacities capacities;
-  capacities.events = options.max_events;
-  capacities.width = file.sensor().width;
-  capacities.height = file.sensor().height;
+  const DetectorCapacities capacities = capacities_for(options, file.sensor());
   const std::size_t arena_bytes = required_bytes(capacities);
   const host::HeapArena block(arena_bytes);
   Arena arena(block.memory());
@@ -263,6 +272,7 @@ void run(const Options& options) {
   if (!carve(arena, capacities, &memory)) fail({"not enough memory"});
 
   DetectorOptions detector;
+  detector.kind = options.kind();
   detector.cloud.width = capacities.width;
   detector.cloud.height = capacities.height;
   detector.clock_ns = &thread_cpu_ns;
@@ -330,8 +340,14 @@ void add_detect(CLI::App& app) {
       ->add_option("--max-events", options->max_events,
                    "Events of a window that are looked at; more are thinned evenly")
       ->capture_default_str()
-      ->check(CLI::Range(1'000, 10'000'000))
+      ->check(CLI::Range(1'000, 10'000'000).description(""))
       ->type_name("N");
+  command
+      ->add_option("--detector", options->detector,
+                   "fast: seeds from sums over cells; reference: normals and planes as in the paper, slower")
+      ->check(CLI::IsMember({"fast", "reference"}).description(""))
+      ->capture_default_str()
+      ->type_name("NAME");
   command
       ->add_option("--stats", options->stats,
                    "JSON to write: counts, CPU time per event and stage, memory, what was dropped")

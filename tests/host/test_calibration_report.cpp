@@ -123,3 +123,55 @@ TEST_CASE("rotation vectors are right for all axes, for tiny angles and near pi"
     }
   }
 }
+
+TEST_CASE("every status has one plain line, and names the parameter it is about") {
+  for (const Status status :
+       {Status::ok, Status::too_few_lines, Status::degenerate_geometry, Status::no_match, Status::not_converged,
+        Status::implausible_result, Status::undetermined, Status::numerical_failure, Status::capacity_exceeded}) {
+    for (const std::uint8_t parameter : {std::uint8_t{0}, kNoParameter}) {
+      const std::string text = explanation(status, parameter);
+      CHECK(text.size() > 10);
+      CHECK(text.find('\n') == std::string::npos);
+    }
+  }
+  CHECK(explanation(Status::undetermined, 2).find("cx") != std::string::npos);
+  CHECK(explanation(Status::implausible_result, 4).find("(k1)") != std::string::npos);
+}
+
+TEST_CASE("a refused solution gives no camera, but its figures") {
+  CalibrationResult result;
+  result.status = Status::undetermined;
+  result.parameter = 0;
+  result.camera.fx = 1234;
+  result.iterations = 7;
+  CalibrationReport report;
+  add_result(result, {}, {}, &report);
+  CHECK(report.status == Status::undetermined);
+  CHECK(report.cameras.empty());
+  CHECK(report.diagnostics.reason.find("fx") != std::string::npos);
+  const auto json = nlohmann::json::parse(calibration_json(report));
+  CHECK(json["diagnostics"]["iterations"] == 7);
+  CHECK(calibration_text(report).rfind("no camera (undetermined): ", 0) == 0);
+}
+
+TEST_CASE("a solution is taken over with the views that were used") {
+  const ViewResult view_results[] = {{{}, 0.5, 4, 8, true}, {{}, 0, 0, 0, false}, {{}, 0.25, 5, 10, true}};
+  const View views[] = {{100, 0, 8}, {200, 8, 2}, {300, 10, 10}};
+  CalibrationResult result;
+  result.status = Status::ok;
+  result.camera.fx = 400;
+  result.sigma[0] = 0.0123;
+  result.assumed[8] = true;
+  result.views = view_results;
+  CalibrationReport report;
+  add_result(result, views, {"a", "b", "c"}, &report);
+  REQUIRE(report.views.size() == 2);
+  CHECK(report.views[1].label == "c");
+  CHECK(report.views[1].t_us == 300);
+  CHECK(report.views[1].lines == 5);
+  REQUIRE(report.cameras.size() == 1);
+  CHECK(report.cameras[0].assumed == std::vector<std::string>{"k3"});
+  const std::string text = calibration_text(report);
+  CHECK(text.find("400.000 +- 0.012 px\n") != std::string::npos);
+  CHECK(text.find("(held)") != std::string::npos);
+}

@@ -143,6 +143,7 @@ TEST_CASE("lecalib detect: options that make no sense write nothing") {
                                                        {"--svg", folder / "w.svg", "--svg-window", "-1"},
                                                        {"--svg", folder / "lines.csv"},
                                                        {"--stats", folder / "e.csv"},
+                                                       {"--detector", "magic"},
                                                        {"--sensor", "0x5"}};
   for (const auto& more : wrong) {
     CAPTURE(more[0]);
