@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 /// Which intrinsics are estimated, and what is assumed about them beforehand: the one place that decides it.
 ///
-/// | parameter | free | Gaussian prior (one sigma)                                                              |
-/// |-----------|------|-----------------------------------------------------------------------------------------|
-/// | fx, fy    | yes  | 0.8 +- 2 widths: only keeps a focal length that the data do not tell from running away  |
-/// | cx, cy    | yes  | image centre; 5 % of the width where all the lines seen lie in one plane, 20 % elsewhere|
-/// | fy / fx   |      | 1 +- options.aspect_sd, none by default; pixels of event sensors are square               |
-/// | k1, k2    | yes  | 0 +- 0.5: only felt where a few lines near the centre tell nothing about distortion      |
-/// | p1, p2    | from 3 views | 0 +- 0.001: a lens is centred on its sensor to about that; else held at 0       |
-/// | k3        | no   | held at 0: it mimics k2 unless points reach far out                                      |
+/// | parameter | free         | Gaussian prior (one sigma)                                                            |
+/// |-----------|--------------|---------------------------------------------------------------------------------------|
+/// | fx, fy    | yes          | 0.8 +- 2 widths: only keeps a focal length that the data do not tell from running off |
+/// | fy / fx   |              | none; an option, as pixels of event sensors are square                                |
+/// | cx, cy    | yes          | image centre +- 5 % of the width where the lines of each view lie in a plane, or 20 % |
+/// | k1, k2    | yes          | 0 +- 0.5: felt where few lines near the centre tell nothing about distortion          |
+/// | p1, p2    | from 3 views | 0 +- 0.001: a lens is centred on its sensor to about that; else held at 0             |
+/// | k3        | no           | held at 0: it mimics k2 unless points reach far out                                   |
 ///
 /// In one view a decentred lens and a turned camera look almost the same: p1, p2 would cost the rotation a quarter of
 /// its accuracy for what is mostly zero. The two ends of one window are one look in this respect, hence three views.

@@ -124,40 +124,44 @@ void Refiner::linearise_view(std::size_t index, double radius_limit) {
   Eigen::Map<Vec6>(view.pose_gradient) = h;
 }
 
+/// Of the prior on one intrinsic by itself; 0 where there is none.
+double Refiner::prior_precision(std::size_t i) const {
+  if (!policy_.free[i] || !(policy_.prior_sd[i] > 0.0)) return 0.0;
+  return prior_weight_ / (policy_.prior_sd[i] * policy_.prior_sd[i]);
+}
+
+/// Of the prior on fy - fx, px^-2; 0 where there is none.
+double Refiner::aspect_precision() const {
+  if (!(policy_.aspect_sd > 0.0) || !policy_.free[0] || !policy_.free[1]) return 0.0;
+  const double sd_px = policy_.aspect_sd * 0.5 * (camera_.fx + camera_.fy);
+  return prior_weight_ / (sd_px * sd_px);
+}
+
 Eigen::Matrix<double, 9, 9> Refiner::prior_information() const {
-  Eigen::Matrix<double, 9, 9> information = Eigen::Matrix<double, 9, 9>::Zero();
-  for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
-    if (!policy_.free[i] || !(policy_.prior_sd[i] > 0.0)) continue;
-    const auto k = static_cast<Eigen::Index>(i);
-    information(k, k) = prior_weight_ / (policy_.prior_sd[i] * policy_.prior_sd[i]);
-  }
-  if (policy_.aspect_sd > 0.0 && policy_.free[0] && policy_.free[1]) {
-    const double sd_px = policy_.aspect_sd * 0.5 * (camera_.fx + camera_.fy);  // of fy - fx
-    const double precision = prior_weight_ / (sd_px * sd_px);
-    information(0, 0) += precision;
-    information(1, 1) += precision;
-    information(0, 1) = information(1, 0) = -precision;
-  }
+  Vec9 own;
+  for (std::size_t i = 0; i < kNumIntrinsics; ++i) own(static_cast<Eigen::Index>(i)) = prior_precision(i);
+  Eigen::Matrix<double, 9, 9> information = own.asDiagonal();
+  const double aspect = aspect_precision();
+  information(0, 0) += aspect;
+  information(1, 1) += aspect;
+  information(0, 1) = information(1, 0) = -aspect;
   return information;
 }
 
-/// The priors' part of the cost and of the normal equations. The aspect's mean is zero in fy - fx, so that its row of
-/// the information takes the focal lengths themselves.
 void Refiner::add_priors() {
-  const Eigen::Matrix<double, 9, 9> information = prior_information();
   cost_ = data_cost_;
-  for (Eigen::Index i = 0; i < 9; ++i) {
-    const double value = camera_.*kIntrinsics[i];
-    const double cross = i < 2 ? information(0, 1) : 0.0;  // minus the aspect's precision
-    const double own = information(i, i) + cross;          // the parameter's own prior
-    const double error = value - policy_.prior_mean[i];
-    cost_ += error * error * own;
-    intrinsic_gradient_(i) -= error * own;
-    if (i < 2) intrinsic_gradient_(i) += cross * (value - (i == 0 ? camera_.fy : camera_.fx));
+  for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
+    const double precision = prior_precision(i);
+    const double error = camera_.*kIntrinsics[i] - policy_.prior_mean[i];
+    cost_ += precision * error * error;
+    intrinsic_gradient_(static_cast<Eigen::Index>(i)) -= precision * error;
   }
+  const double aspect = aspect_precision();
   const double difference = camera_.fy - camera_.fx;
-  cost_ -= information(0, 1) * difference * difference;
-  intrinsic_block_ += information;
+  cost_ += aspect * difference * difference;
+  intrinsic_gradient_(0) += aspect * difference;
+  intrinsic_gradient_(1) -= aspect * difference;
+  intrinsic_block_ += prior_information();
 }
 
 /// Cost, residuals and normal equations of the current state. False where they are not finite.

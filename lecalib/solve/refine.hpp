@@ -100,6 +100,8 @@ class Refiner {
   bool linearise();
   void linearise_view(std::size_t index, double radius_limit);
   void add_priors();
+  [[nodiscard]] double prior_precision(std::size_t i) const;
+  [[nodiscard]] double aspect_precision() const;
   void add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double radius_limit,
                          const Mat69& eliminated, LineResponse* response) const;
   bool reduce(double damping, ReducedSystem* out) const;

@@ -181,6 +181,28 @@ TEST_CASE("a prior pulls as its sigma says") {
   CHECK(weak.refiner.camera().fx == doctest::Approx(400.0).epsilon(0.02));
 }
 
+TEST_CASE("the aspect prior draws the focal lengths together, and its derivatives are those of its cost") {
+  Problem loose = make_problem(2, 0.3, 0.02, 5);  // fx 400, fy 410
+  ParameterPolicy policy;
+  policy.aspect_sd = 1e-6;
+  loose.init(policy, {});
+  CHECK(loose.run() == Status::ok);
+  const Camera& tied = loose.refiner.camera();
+  CHECK(std::abs(tied.fy - tied.fx) < 1e-3 * std::abs(loose.scene.camera.fy - loose.scene.camera.fx));
+
+  policy.aspect_sd = 0.01;  // of 405 px: 4.05 px
+  Problem weak = make_problem(2, 0.3, 0.02, 5);
+  weak.init(policy, {});
+  CHECK(weak.run() == Status::ok);
+  const Camera& camera = weak.refiner.camera();
+  const double error = (camera.fy - camera.fx) / (0.01 * 0.5 * (camera.fx + camera.fy));
+  CHECK(weak.refiner.cost() - weak.refiner.data_cost() == doctest::Approx(error * error).epsilon(1e-9));
+  ReducedSystem reduced;  // at the optimum data and prior balance
+  REQUIRE(weak.refiner.reduced_system(&reduced));
+  CHECK(std::abs(reduced.gradient(0)) < 1e-3 * std::sqrt(reduced.matrix(0, 0)));
+  CHECK(std::abs(reduced.gradient(1)) < 1e-3 * std::sqrt(reduced.matrix(1, 1)));
+}
+
 TEST_CASE("every way to stop") {
   Problem p = make_problem(3, 0.5, 0.1, 6);
   p.init(no_priors(), {});
