@@ -21,7 +21,7 @@ void flatten_each(Span<const EventLine> lines, Span<FlatLine> out, const Flatten
     FlatLine& flat = out[i];
     const EventLine& line = lines[i];
     flat.usable = true;
-    flat.sigma_px = std::max(line.sigma_begin_px, line.sigma_end_px);
+    flat.sigma_px = static_cast<double>(std::max(line.sigma_begin_px, line.sigma_end_px));
     for (std::size_t k = 0; k < kNumInstants; ++k) {
       Vec2 points[kLinePoints];
       line_points(line, static_cast<Instant>(k), points);

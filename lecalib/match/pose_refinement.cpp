@@ -99,7 +99,7 @@ void accumulate(Span<const ModelLine> model, const LensView& view, const Lens& l
   for (const LineMatch& match : view.matches) {
     const CameraLine line = line_in_camera(R, t, model[match.model_line]);
     const EventLine& detected = view.lines[match.line];
-    const double sigma = std::max(detected.sigma_begin_px, detected.sigma_end_px);
+    const double sigma = static_cast<double>(std::max(detected.sigma_begin_px, detected.sigma_end_px));
     Vec2 points[kLinePoints];
     line_points(detected, Instant::middle, points);
     for (const Vec2& point : points) {
