@@ -24,7 +24,7 @@ void LineBank::add(const LineWindow& window) {
 
 void LineBank::keep_every_other() {
   stride_ *= 2;
-  for (std::uint32_t kept = 1; 2 * kept < count_; ++kept) store(kept, windows_[2 * kept]);
+  for (std::uint32_t kept = 1; 2 * kept < count_; ++kept) store(kept, windows_[std::size_t{2} * kept]);
   count_ = (count_ + 1) / 2;
 }
 

@@ -213,7 +213,9 @@ class SupportRegions {
 
  private:
   [[nodiscard]] PlanePoint cell_position(std::uint16_t cell) const {
-    return image_.position(static_cast<float>(cell % image_.cols()), static_cast<float>(cell / image_.cols()));
+    const int col = cell % image_.cols();
+    const int row = cell / image_.cols();
+    return image_.position(static_cast<float>(col), static_cast<float>(row));
   }
 
   void try_add(int col, int row, std::size_t* members) {
