@@ -25,7 +25,8 @@ EventSensor::EventSensor(std::uint16_t width, std::uint16_t height, const Sensor
     p.off = options.threshold + options.threshold_spread * normal();
     p.noise = options.threshold_noise * normal();
   }
-  const auto hot = static_cast<std::size_t>(options.hot_fraction * static_cast<double>(pixels_.size()) + 0.5);
+  const auto hot =
+      static_cast<std::size_t>(std::floor(options.hot_fraction * static_cast<double>(pixels_.size()) + 0.5));
   for (std::size_t i = 0; i < hot; ++i) {
     const std::uint32_t pixel = rng_.below(static_cast<std::uint32_t>(pixels_.size()));
     const double rate_hz = 10.0 * exponential(rng_.uniform(0.0, logarithm(150.0)));

@@ -57,6 +57,7 @@ void drop_hidden_lines(Recording* recording) {
   }
   for (TrueView& view : recording->views) {
     std::vector<TrueLine> lines;
+    lines.reserve(kept.size());
     for (const std::size_t i : kept) lines.push_back(view.lines[i]);
     view.lines = std::move(lines);
   }

@@ -11,7 +11,7 @@ namespace {
 /// Smallest denominator of the division model that is trusted: beyond, points fly off to infinity.
 constexpr double kMinDenominator = 0.1;
 /// Stands for "the border is not seen" in a FlatFrame.
-constexpr double kNoBorder_px = 1e6;
+constexpr double kNoBorderPx = 1e6;
 /// Radii at which two lens models are compared.
 constexpr int kFitRadii = 32;
 
@@ -41,7 +41,7 @@ void flatten_each(Span<const EventLine> lines, Span<FlatLine> out, const Flatten
 
 template <class Flatten>
 FlatFrame frame_of(double cx, double cy, double width, double height, const Flatten& flatten_point) {
-  FlatFrame frame{-kNoBorder_px, -kNoBorder_px, kNoBorder_px, kNoBorder_px};
+  FlatFrame frame{-kNoBorderPx, -kNoBorderPx, kNoBorderPx, kNoBorderPx};
   Vec2 flat;
   if (flatten_point(Vec2(0.0, cy), &flat)) frame.x0 = flat.x();
   if (flatten_point(Vec2(width - 1.0, cy), &flat)) frame.x1 = flat.x();
