@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+/// What the parts of `lecalib detect` share: the options, and the numbers that it reports.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "lecalib/host/event_file.hpp"
+#include "lecalib/pipeline/line_detector.hpp"
+#include "window_source.hpp"
+
+namespace lecalib::command {
+
+struct DetectOptions {
+  std::string events;
+  std::string sensor;
+  std::string out;
+  std::string stats;
+  std::string svg;
+  std::optional<std::size_t> svg_window;
+  WindowRange range;
+  std::size_t max_events = DetectorCapacities().events;
+  std::string detector = "fast";
+
+  [[nodiscard]] DetectorKind kind() const { return detector == "fast" ? DetectorKind::fast : DetectorKind::reference; }
+};
+
+/// What happened over all windows.
+struct DetectTotals {
+  std::size_t lines = 0;
+  std::size_t arena_bytes = 0;
+  std::uint64_t detector_ns = 0;
+  std::uint64_t stage_ns[kNumDetectorStages] = {};
+  std::uint64_t guesses_dropped = 0;
+  std::uint64_t lines_dropped = 0;
+
+  void add(const DetectorStats& stats);
+};
+
+/// Finds the lines of the recording and writes the results. The options are known to make sense.
+void detect_recording(const DetectOptions& options);
+
+/// Counts, CPU time per event and stage, memory, and what was dropped.
+std::string detect_stats_json(const host::EventFile& file, const WindowSource& windows, const DetectTotals& totals);
+
+}  // namespace lecalib::command
