@@ -9,6 +9,7 @@
 #include "commands.hpp"
 #include "event_options.hpp"
 #include "lecalib/host/file_io.hpp"
+#include "lecalib/host/text.hpp"
 
 namespace lecalib::command {
 namespace {
@@ -21,6 +22,14 @@ std::string check_whole(const std::string& text) {
   const char* const end = text.data() + text.size();
   const std::from_chars_result result = std::from_chars(text.data(), end, value);
   return result.ec == std::errc() && result.ptr == end ? "" : "expected a whole number, found '" + text + "'";
+}
+
+/// Of --c-z: below 1 us, the clock's step, or above a second per pixel nothing is gained.
+std::string check_c_z(const std::string& text) {
+  const std::optional<double> value = host::parse_number(text);
+  return value && (*value == 0 || (*value >= 1 && *value <= 1e6))
+             ? ""
+             : "expected 0 (automatic) or 1 to 1000000 us per px, found '" + text + "'";
 }
 
 void check_range(const WindowRange& range) {
@@ -83,6 +92,17 @@ void add_detector(CLI::App* command, DetectOptions* options) {
       ->check(CLI::IsMember({"fast", "reference"}).description(""))
       ->capture_default_str()
       ->type_name("NAME");
+  command
+      ->add_option("--c-z", options->c_z_us_per_px,
+                   "Time that counts as one pixel of depth, us per px; 0: automatic, so that the window is 8 px deep. "
+                   "The paper uses 5000")
+      ->check(check_c_z)
+      ->capture_default_str()
+      ->type_name("US_PER_PX");
+  CLI::Option* const filter = command->add_flag(
+      "--noise-filter", options->filters_noise,
+      "Take out hot pixels and events without neighbours first, as calibrate does; costs some recall");
+  command->add_flag("--no-noise-filter", "Leave them in (default)")->excludes(filter);
 }
 
 void add_results(CLI::App* command, DetectOptions* options) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "lecalib/events/noise_filter.hpp"
 #include "lecalib/host/event_file.hpp"
 #include "lecalib/pipeline/line_detector.hpp"
 #include "window_source.hpp"
@@ -23,6 +24,8 @@ struct DetectOptions {
   WindowRange range;
   std::size_t max_events = DetectorCapacities().events;
   std::string detector = "fast";
+  double c_z_us_per_px = 0;  ///< 0: automatic
+  bool filters_noise = false;
 
   [[nodiscard]] DetectorKind kind() const { return detector == "fast" ? DetectorKind::fast : DetectorKind::reference; }
 };
@@ -31,6 +34,8 @@ struct DetectOptions {
 struct DetectTotals {
   std::size_t lines = 0;
   std::size_t arena_bytes = 0;
+  NoiseFilterStats noise;
+  std::uint64_t noise_ns = 0;
   std::uint64_t detector_ns = 0;
   std::uint64_t stage_ns[kNumDetectorStages] = {};
   std::uint64_t guesses_dropped = 0;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-/// file -> windows -> lines -> CSV, picture and statistics.
+/// file -> windows -> noise filter, if wanted -> lines -> CSV, picture and statistics.
 #include <cinttypes>
 #include <cstdio>
+#include <memory>
 #include <string>
 
 #include "commands.hpp"
@@ -18,44 +19,93 @@
 namespace lecalib::command {
 namespace {
 
+struct Capacities {
+  DetectorCapacities detector;
+  NoiseFilterCapacities noise;  ///< 0 x 0 without it
+};
+
 /// All memory of the detection, carved from one block.
 struct Memory {
   Span<Event> window_events;
   Span<EventLine> lines;
   Span<float> travels;
+  NoiseFilterWorkspace noise;
   DetectorWorkspace detector;
 };
 
 template <class Carver>
-bool carve(Carver& carver, const DetectorCapacities& capacities, Memory* out) {
-  return carver.carve(capacities.events, &out->window_events) && carver.carve(capacities.lines, &out->lines) &&
-         carver.carve(capacities.lines, &out->travels) && carve(carver, capacities, &out->detector);
+bool carve(Carver& carver, const Capacities& capacities, Memory* out) {
+  const DetectorCapacities& detector = capacities.detector;
+  return carver.carve(detector.events, &out->window_events) && carver.carve(detector.lines, &out->lines) &&
+         carver.carve(detector.lines, &out->travels) && carve(carver, capacities.noise, &out->noise) &&
+         carve(carver, detector, &out->detector);
 }
 
-std::size_t required_bytes(const DetectorCapacities& capacities) {
+std::size_t required_bytes(const Capacities& capacities) {
   ArenaMeter meter;
   Memory memory;
   (void)carve(meter, capacities, &memory);
   return meter.peak();
 }
 
-DetectorCapacities capacities_for(const DetectOptions& options, SensorSize sensor) {
-  DetectorCapacities capacities;
-  capacities.events = options.max_events;
-  capacities.width = sensor.width;
-  capacities.height = sensor.height;
-  if (options.kind() == DetectorKind::fast) capacities.surface_points = capacities.regions = 0;
+Capacities capacities_for(const DetectOptions& options, SensorSize sensor) {
+  Capacities capacities;
+  capacities.detector.events = options.max_events;
+  capacities.detector.width = sensor.width;
+  capacities.detector.height = sensor.height;
+  if (options.kind() == DetectorKind::fast) capacities.detector.surface_points = capacities.detector.regions = 0;
+  if (options.filters_noise) capacities.noise = {sensor.width, sensor.height};
   return capacities;
 }
 
-DetectorOptions detector_options(const DetectOptions& options, SensorSize sensor) {
-  DetectorOptions detector;
-  detector.kind = options.kind();
-  detector.cloud.width = sensor.width;
-  detector.cloud.height = sensor.height;
-  detector.clock_ns = &host::thread_cpu_ns;
-  return detector;
-}
+/// From the events of a window to its lines, with everything that happens counted.
+class Detection {
+ public:
+  Detection(const DetectOptions& options, SensorSize sensor) : filters_noise_(options.filters_noise) {
+    const Capacities capacities = capacities_for(options, sensor);
+    totals_.arena_bytes = required_bytes(capacities);
+    block_ = std::make_unique<host::HeapArena>(totals_.arena_bytes);
+    Arena arena(block_->memory());
+    if (!carve(arena, capacities, &memory_)) fail({"not enough memory"});
+    noise_.width = detector_.cloud.width = sensor.width;
+    noise_.height = detector_.cloud.height = sensor.height;
+    detector_.kind = options.kind();
+    detector_.cloud.c_z_us_per_px = static_cast<float>(options.c_z_us_per_px);
+    detector_.clock_ns = &host::thread_cpu_ns;
+  }
+
+  /// @param[in,out] window its events lie in memory().window_events; those that are noise are taken out.
+  Status run(EventWindow* window, LineWindow* found) {
+    Status status = filters_noise_ ? filter(window) : Status::ok;
+    if (is_error(status)) return status;
+    std::size_t count = 0;
+    DetectorStats stats;
+    const std::uint64_t begin_ns = host::thread_cpu_ns();
+    status = detect_lines(*window, detector_, &memory_.detector, memory_.lines, &count, &stats);
+    totals_.detector_ns += host::thread_cpu_ns() - begin_ns;
+    totals_.add(stats);
+    *found = {window->begin_us, window->end_us, memory_.lines.first(count)};
+    return status;
+  }
+
+  [[nodiscard]] const Memory& memory() const { return memory_; }
+  [[nodiscard]] const DetectTotals& totals() const { return totals_; }
+
+ private:
+  Status filter(EventWindow* window) {
+    const std::uint64_t begin_ns = host::thread_cpu_ns();
+    const Status status = filter_noise(*window, noise_, &memory_.noise, memory_.window_events, window, &totals_.noise);
+    totals_.noise_ns += host::thread_cpu_ns() - begin_ns;
+    return status;
+  }
+
+  bool filters_noise_;
+  NoiseFilterOptions noise_;
+  DetectorOptions detector_;
+  std::unique_ptr<host::HeapArena> block_;
+  Memory memory_;
+  DetectTotals totals_;
+};
 
 /// The picture of the window asked for, or of the one with most lines.
 class Picture {
@@ -90,29 +140,17 @@ class Picture {
 
 void detect_recording(const DetectOptions& options) {
   host::EventFile file = open_events(options.events, options.sensor);
-  const DetectorCapacities capacities = capacities_for(options, file.sensor());
-  DetectTotals totals;
-  totals.arena_bytes = required_bytes(capacities);
-  const host::HeapArena block(totals.arena_bytes);
-  Arena arena(block.memory());
-  Memory memory;
-  if (!carve(arena, capacities, &memory)) fail({"not enough memory"});
-
-  const DetectorOptions detector = detector_options(options, file.sensor());
+  Detection detection(options, file.sensor());
+  const Memory& memory = detection.memory();
   WindowSource windows(&file, options.range, memory.window_events);
   Picture picture(options);
   host::LinesCsv csv;
   Progress progress("detecting lines");
   EventWindow window;
   for (std::size_t index = 0; windows.next(&window); ++index) {
-    std::size_t count = 0;
-    DetectorStats stats;
-    const std::uint64_t begin_ns = host::thread_cpu_ns();
-    const Status status = detect_lines(window, detector, &memory.detector, memory.lines, &count, &stats);
-    totals.detector_ns += host::thread_cpu_ns() - begin_ns;
+    LineWindow found;
+    const Status status = detection.run(&window, &found);
     if (is_error(status)) fail({std::string("line detection stopped: ") + to_string(status), options.events});
-    totals.add(stats);
-    const LineWindow found{window.begin_us, window.end_us, memory.lines.first(count)};
     csv.add(found);
     picture.offer(index, window, found, file.sensor());
     if (options.range.is_adaptive()) {
@@ -122,11 +160,14 @@ void detect_recording(const DetectOptions& options) {
   }
   if (windows.stats().windows == 0) fail({"no events in the range asked for", options.events});
 
-  totals.lines = csv.num_lines();
   picture.write();
-  if (!options.stats.empty()) check(host::write_file(options.stats, detect_stats_json(file, windows, totals)));
+  if (!options.stats.empty()) {
+    DetectTotals totals = detection.totals();
+    totals.lines = csv.num_lines();
+    check(host::write_file(options.stats, detect_stats_json(file, windows, totals)));
+  }
   check(host::write_file(options.out, csv.text()));
-  std::printf("%zu lines in %" PRIu64 " windows of %" PRIu64 " events: %s\n", totals.lines, windows.stats().windows,
+  std::printf("%zu lines in %" PRIu64 " windows of %" PRIu64 " events: %s\n", csv.num_lines(), windows.stats().windows,
               windows.stats().events, options.out.c_str());
 }
 

@@ -14,10 +14,11 @@ void add_times(const host::EventFile& file, const WindowSource& windows, const D
   json->begin_object();
   json->member("decode", per_event(file.decode_cpu_ns()));
   json->member("windows", per_event(windows.cpu_ns()));
+  json->member("noise", per_event(totals.noise_ns));
   for (std::size_t i = 0; i < kNumDetectorStages; ++i) {
     json->member(to_string(static_cast<DetectorStage>(i)), per_event(totals.stage_ns[i]));
   }
-  json->member("total", per_event(windows.cpu_ns() + totals.detector_ns));
+  json->member("total", per_event(windows.cpu_ns() + totals.noise_ns + totals.detector_ns));
   json->end();
 }
 
@@ -40,10 +41,13 @@ std::string detect_stats_json(const host::EventFile& file, const WindowSource& w
   json.member("arena_bytes", totals.arena_bytes);
   json.key("dropped");
   json.begin_object();
-  json.member("outside", file.stats().outside);
+  json.member("outside", file.stats().outside + totals.noise.outside);
   json.member("unplaced", file.stats().unplaced);
   json.member("time_backward", cut.backward);
   json.member("thinned", cut.thinned);
+  json.member("hot", totals.noise.hot);
+  json.member("refractory", totals.noise.refractory);
+  json.member("isolated", totals.noise.isolated);
   json.member("guesses", totals.guesses_dropped);
   json.member("lines", totals.lines_dropped);
   json.end();

@@ -93,7 +93,7 @@ TEST_CASE("lecalib detect: a moving edge is one line at both ends of each window
   CHECK(stats["windows"] == 2);
   CHECK(stats["lines"] == 2);
   CHECK(stats["arena_bytes"] > 100'000);
-  CHECK(stats["dropped"]["thinned"] == 0);
+  for (const char* reason : {"thinned", "hot", "refractory", "isolated"}) CHECK(stats["dropped"][reason] == 0);
   double sum = 0;
   for (const auto& [stage, ns] : stats["cpu_ns_per_event"].items())
     sum += stage == "total" || stage == "decode" ? 0 : ns.get<double>();
@@ -130,6 +130,68 @@ TEST_CASE("lecalib detect: events beyond a window's capacity are thinned and cou
   CHECK(stats["dropped"]["thinned"].get<int>() >= kDurationUs / 10 - 2000);
 }
 
+TEST_CASE("lecalib detect: the noise filter takes out what has no neighbours and counts it") {
+  const TemporaryFolder folder;
+  REQUIRE_FALSE(write_file(folder / "e.csv", moving_edge()));
+  const auto detect = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"detect",      folder / "e.csv", "--sensor", "320x240",
+                                          "--window-us", "25000",          "--out",    folder / "lines.csv",
+                                          "--stats",     folder / "s.json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    REQUIRE(run_lecalib(arguments).exit_code == 0);
+    CHECK(rows_of(folder / "lines.csv").size() == 4);
+    return nlohmann::json::parse(read_text_file(folder / "s.json").value());
+  };
+  const auto with = detect({"--noise-filter"});
+  const auto without = detect({"--no-noise-filter"});
+  CHECK(without["dropped"]["isolated"] == 0);
+  CHECK(without["cpu_ns_per_event"]["noise"] == 0);
+  // Every 20th event lies anywhere; few of those have a neighbour.
+  CHECK(with["events"] == kDurationUs / 10);
+  CHECK(with["dropped"]["isolated"].get<int>() > 150);
+  CHECK(with["dropped"]["isolated"].get<int>() < 300);
+  CHECK(with["cpu_ns_per_event"]["noise"] > 0);
+  CHECK(with["cpu_ns_per_event"]["total"].get<double>() >
+        with["cpu_ns_per_event"]["noise"].get<double>() + with["cpu_ns_per_event"]["cloud"].get<double>());
+  CHECK(with["arena_bytes"].get<int>() - without["arena_bytes"].get<int>() >= 320 * 240);
+}
+
+TEST_CASE("lecalib detect: both detectors find the edge whatever c_z is within reason") {
+  const TemporaryFolder folder;
+  REQUIRE_FALSE(write_file(folder / "e.csv", moving_edge()));
+  for (const char* detector : {"fast", "reference"}) {
+    for (const char* c_z : {"0", "2500", "5000"}) {
+      CAPTURE(detector);
+      CAPTURE(c_z);
+      const CommandRun run = run_lecalib({"detect", folder / "e.csv", "--sensor", "320x240", "--window-us", "25000",
+                                          "--detector", detector, "--c-z", c_z, "--out", folder / "lines.csv"});
+      REQUIRE(run.exit_code == 0);
+      const auto rows = rows_of(folder / "lines.csv");
+      REQUIRE(rows.size() == 4);
+      for (const Row& row : rows) CHECK(std::abs(row.x1 - kEdgeAtBegin - kSpeed * 1e-6 * row.t_us) < 0.5);
+    }
+  }
+}
+
+TEST_CASE("lecalib detect: c_z reaches the detector, and one out of range is refused by name") {
+  const TemporaryFolder folder;
+  REQUIRE_FALSE(write_file(folder / "e.csv", moving_edge()));
+  const auto detect = [&](const char* c_z) {
+    return run_lecalib({"detect", folder / "e.csv", "--sensor", "320x240", "--window-us", "25000", "--detector",
+                        "reference", "--c-z", c_z, "--out", folder / "lines.csv"});
+  };
+  // So flat a cloud has no speed: the plane of the edge is none.
+  REQUIRE(detect("1000000").exit_code == 0);
+  CHECK(rows_of(folder / "lines.csv").size() < 4);
+  for (const char* wrong : {"-1", "0.5", "1e9", "nan", "", "5000us"}) {
+    const CommandRun run = detect(wrong);
+    CHECK(run.exit_code != 0);
+    CHECK(run.err.rfind(
+              std::string("lecalib: --c-z: expected 0 (automatic) or 1 to 1000000 us per px, found '") + wrong + "'",
+              0) == 0);
+  }
+}
+
 TEST_CASE("lecalib detect: options that make no sense write nothing") {
   const TemporaryFolder folder;
   REQUIRE_FALSE(write_file(folder / "e.csv", moving_edge()));
@@ -144,6 +206,8 @@ TEST_CASE("lecalib detect: options that make no sense write nothing") {
                                                        {"--svg", folder / "lines.csv"},
                                                        {"--stats", folder / "e.csv"},
                                                        {"--detector", "magic"},
+                                                       {"--c-z", "-5000"},
+                                                       {"--noise-filter", "--no-noise-filter"},
                                                        {"--sensor", "0x5"}};
   for (const auto& more : wrong) {
     CAPTURE(more[0]);
