@@ -3,7 +3,9 @@
 #include <cinttypes>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "commands.hpp"
 #include "detect.hpp"
@@ -107,33 +109,39 @@ class Detection {
   DetectTotals totals_;
 };
 
-/// The picture of the window asked for, or of the one with most lines.
+/// The picture of the window asked for, or of the one with most lines. Keeps that window and draws it once.
 class Picture {
  public:
   explicit Picture(const DetectOptions& options) : options_(options) {}
 
-  void offer(std::size_t index, const EventWindow& events, const LineWindow& lines, SensorSize sensor) {
+  void offer(std::size_t index, const EventWindow& events, const LineWindow& lines) {
     if (options_.svg.empty()) return;
     const bool is_wanted =
-        options_.svg_window ? index == *options_.svg_window : svg_.empty() || lines.lines.size() > most_;
+        options_.svg_window ? index == *options_.svg_window : !index_ || lines.lines.size() > lines_.size();
     if (!is_wanted) return;
-    most_ = lines.lines.size();
-    svg_ = host::draw_window(events, lines, sensor,
-                             "window " + std::to_string(index) + ", " + std::to_string(events.begin_us) + " to " +
-                                 std::to_string(events.end_us) + " us: " + std::to_string(events.events.size()) +
-                                 " events, " + std::to_string(most_) + " lines");
+    index_ = index;
+    window_ = events;
+    events_.assign(events.events.begin(), events.events.end());
+    lines_.assign(lines.lines.begin(), lines.lines.end());
   }
 
-  void write() const {
+  void write(SensorSize sensor) const {
     if (options_.svg.empty()) return;
-    if (svg_.empty()) fail({"the recording has no window " + std::to_string(*options_.svg_window)});
-    check(host::write_file(options_.svg, svg_));
+    if (!index_) fail({"the recording has no window " + std::to_string(*options_.svg_window)});
+    const std::string caption = "window " + std::to_string(*index_) + ", " + std::to_string(window_.begin_us) + " to " +
+                                std::to_string(window_.end_us) + " us: " + std::to_string(events_.size()) +
+                                " events, " + std::to_string(lines_.size()) + " lines";
+    check(
+        host::write_file(options_.svg, host::draw_window({window_.begin_us, window_.end_us, events_},
+                                                         {window_.begin_us, window_.end_us, lines_}, sensor, caption)));
   }
 
  private:
   const DetectOptions& options_;
-  std::string svg_;
-  std::size_t most_ = 0;
+  std::optional<std::size_t> index_;
+  EventWindow window_;
+  std::vector<Event> events_;
+  std::vector<EventLine> lines_;
 };
 
 }  // namespace
@@ -152,7 +160,7 @@ void detect_recording(const DetectOptions& options) {
     const Status status = detection.run(&window, &found);
     if (is_error(status)) fail({std::string("line detection stopped: ") + to_string(status), options.events});
     csv.add(found);
-    picture.offer(index, window, found, file.sensor());
+    picture.offer(index, window, found);
     if (options.range.is_adaptive()) {
       windows.set_length_us(next_window_length({}, window.end_us - window.begin_us, found.lines, memory.travels));
     }
@@ -160,7 +168,7 @@ void detect_recording(const DetectOptions& options) {
   }
   if (windows.stats().windows == 0) fail({"no events in the range asked for", options.events});
 
-  picture.write();
+  picture.write(file.sensor());
   if (!options.stats.empty()) {
     DetectTotals totals = detection.totals();
     totals.lines = csv.num_lines();

@@ -75,3 +75,28 @@ TEST_CASE("a picture holds each pixel once and the bend of the lines") {
   CHECK(count(svg, "M10.00 20.00Q60.00 26.00 110.00 20.00") == 1);
   CHECK(count(svg, "a &lt; b &amp; c") == 1);
 }
+
+TEST_CASE("a picture shows the events of a line in a colour of its own, before others of the same pixel") {
+  // Where the line stands at the begin: OFF, bent to y = 23 in its middle.
+  const std::vector<Event> events = {{0, 60, 23, 0}, {0, 61, 23, 0}, {9, 60, 23, 1}, {9, 90, 90, 0}};
+  const std::vector<EventLine> lines = {example()};
+  const std::string svg = draw_window({0, 10, events}, {0, 10, lines}, {240, 180}, "");
+  CHECK(count(svg, "M60 23h2\" fill=\"none\" stroke=\"#3a9147\"") == 1);
+  CHECK(count(svg, "M60 23") == 1);
+  const std::string none = draw_window({0, 10, events}, {0, 10, {}}, {240, 180}, "");
+  CHECK(count(none, "#3a9147") == 0);
+  CHECK(count(none, "M60 23h1") == 1);
+}
+
+TEST_CASE("a picture's size is bounded by the sensor, however many events and lines there are") {
+  std::vector<Event> events;
+  for (int i = 0; i < 50'000; ++i) {
+    events.push_back({i % 10, static_cast<std::uint16_t>(i % 20), static_cast<std::uint16_t>(i / 20 % 20),
+                      static_cast<std::uint8_t>(i / 7 % 2)});
+  }
+  EventLine line{};
+  line.begin = line.end = {0, 0, 19, 19};
+  const std::vector<EventLine> lines(100, line);
+  const std::string svg = draw_window({0, 10, events}, {0, 10, lines}, {20, 20}, "");
+  CHECK(svg.size() < 20 * 20 * 10 + 100 * 100 + 2000);
+}
