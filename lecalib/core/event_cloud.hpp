@@ -26,9 +26,13 @@ constexpr std::size_t cloud_cells(std::uint16_t width, std::uint16_t height) noe
          static_cast<std::size_t>((height + kRoundUp) >> kCloudCellShift);
 }
 
+/// A window's length in units of EventCloud::t. Lines travel some 5 px in a window: one unit is 1e-4 px.
+inline constexpr int kCloudTicks = 65535;
+
 /// A window's events as points, ordered by polarity (OFF first), then by grid cell (row-major), then by time.
 struct EventCloud {
-  Span<const float> x, y, z;             ///< px, see Point3
+  Span<const std::uint16_t> x, y;        ///< px
+  Span<const std::uint16_t> t;           ///< time since the window's begin, in kCloudTicks to the window
   Span<const std::uint32_t> cell_start;  ///< [2 * cols * rows + 1] first event of each cell; the last entry is the size
   std::uint16_t width = 0, height = 0;   ///< of the sensor, px
   std::uint16_t cols = 0, rows = 0;      ///< of the grid
@@ -36,8 +40,19 @@ struct EventCloud {
   float kept_share = 1;                  ///< of the window's events: below 1 when it was thinned
   float noise_floor[2] = {0, 0};         ///< events per px^2 in the quieter part of the image, by polarity
 
+  [[nodiscard]] Point3 point(std::size_t event) const noexcept {
+    return {static_cast<float>(x[event]), static_cast<float>(y[event]), z(event)};
+  }
+  /// Depth, see Point3.
+  [[nodiscard]] float z(std::size_t event) const noexcept { return t[event] * (depth_px * (1.0F / kCloudTicks)); }
+  /// Time from -1 at the window's begin to 1 at its end.
+  [[nodiscard]] float tau(std::size_t event) const noexcept { return t[event] * (2.0F / kCloudTicks) - 1.0F; }
   [[nodiscard]] std::size_t size() const noexcept { return x.size(); }
   [[nodiscard]] std::size_t cells() const noexcept { return static_cast<std::size_t>(cols) * rows; }
+  /// The noise floor of a set of polarities (bit 0: OFF, bit 1: ON), events per px^2.
+  [[nodiscard]] float noise_in(unsigned polarities) const noexcept {
+    return ((polarities & 1U) != 0 ? noise_floor[0] : 0.0F) + ((polarities & 2U) != 0 ? noise_floor[1] : 0.0F);
+  }
   [[nodiscard]] bool is_on(std::size_t event) const noexcept { return event >= cell_start[cells()]; }
 };
 

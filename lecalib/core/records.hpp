@@ -31,15 +31,26 @@ struct Segment {
 };
 
 /// One moving line of a window, at the window's two ends. begin.(x1, y1) and end.(x1, y1) belong to the same end of the
-/// line. The end points lie on the fitted curve; its middle lies `bend_px` beside the chord's.
+/// line. The end points lie on the fitted curve, which stands beside the chord, along its normal (-dy, dx) / length, by
+///     4 f (1 - f) (bend + g skew + g^2 peak),   f from 0 to 1 along it, g = 2 f - 1
 struct EventLine {
   Segment begin;
   Segment end;
-  float bend_px;         ///< along the chord's normal (-dy, dx) / length, at half length
+  float bend_px;         ///< at mid window: how far the curve's middle stands beside the chord's
   float sigma_begin_px;  ///< one sigma of the position across the line, at the window's begin
   float sigma_end_px;
-  std::uint32_t events;  ///< events that support the line
-  std::int8_t polarity;  ///< +1 ON, -1 OFF, 0 both
+  std::uint32_t events;      ///< events that support the line
+  std::int8_t polarity;      ///< +1 ON, -1 OFF, 0 both
+  float bend_change_px = 0;  ///< how much more the line bends at the window's end than at its begin
+  float skew_px = 0, peak_px = 0;
+};
+
+/// Stands for the events in a stretch of a line and a part of its window: their mean, for fits that want more than the
+/// line's ends.
+struct LineSample {
+  float x, y;      ///< px, distorted
+  float time;      ///< 0 at the window's begin, 1 at its end
+  float sigma_px;  ///< one sigma of the position across the line, without what all events of the line have in common
 };
 
 /// The lines of one window.

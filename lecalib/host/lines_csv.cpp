@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/host/lines_csv.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "lecalib/host/text.hpp"
@@ -9,20 +10,33 @@
 namespace lecalib::host {
 namespace {
 
-/// Piece `index` of `count` of a bent segment, as its chord.
-Segment piece_of(const Segment& segment, float bend_px, int index, int count) {
+/// The first row of a line that needs several takes more than half of it, so that one row stands for the line, but
+/// leaves enough for the others to be of use ...
+constexpr double kLeastFirstPart = 0.56;
+constexpr double kMostFirstPart = 0.65;
+/// ... unless it would stray so far from its chord, px, that it were no line.
+constexpr double kMaxFirstBendPx = 4;
+
+/// The part of a line between two fractions of its length, as its chord.
+Segment part_of(const EventLine& line, bool at_end, double from, double to) {
   double x[2];
   double y[2];
-  for (int end = 0; end < 2; ++end) {
-    point_on_bent_segment(segment, bend_px, static_cast<double>(index + end) / count, &x[end], &y[end]);
-  }
+  point_on_line(line, at_end, from, &x[0], &y[0]);
+  point_on_line(line, at_end, to, &x[1], &y[1]);
   return {static_cast<float>(x[0]), static_cast<float>(y[0]), static_cast<float>(x[1]), static_cast<float>(y[1])};
 }
 
-/// The bend of a piece falls with the square of the number of pieces.
-int pieces_of(const EventLine& line) {
-  const float bend = std::fabs(line.bend_px);
-  return bend > kMaxRowBendPx ? static_cast<int>(std::ceil(std::sqrt(bend / kMaxRowBendPx))) : 1;
+/// The longest part of a line, from 0 to 1, that stays close enough to its chord: the bend of a part goes with the
+/// square of its length.
+double longest_part(const EventLine& line) {
+  const double bend = std::fabs(static_cast<double>(line.bend_px));
+  return bend > double{kMaxRowBendPx} ? std::sqrt(double{kMaxRowBendPx} / bend) : 1;
+}
+
+double first_part(const EventLine& line, double longest) {
+  if (longest == 1) return 1;
+  const double bend = std::fabs(static_cast<double>(line.bend_px)) * kLeastFirstPart * kLeastFirstPart;
+  return bend > kMaxFirstBendPx ? longest : std::clamp(longest, kLeastFirstPart, kMostFirstPart);
 }
 
 void add_row(std::string* text, std::int64_t t_us, const char* end, std::size_t id, const Segment& segment,
@@ -40,11 +54,15 @@ LinesCsv::LinesCsv() : text_("t_us,end,line,x1,y1,x2,y2,sigma_px,events,polarity
 
 void LinesCsv::add(const LineWindow& window) {
   for (const EventLine& line : window.lines) {
-    const int pieces = pieces_of(line);
-    const std::uint32_t events = line.events / static_cast<std::uint32_t>(pieces);
-    for (int i = 0; i < pieces; ++i, ++num_rows_) {
-      const Segment begin = piece_of(line.begin, line.bend_px, i, pieces);
-      const Segment end = piece_of(line.end, line.bend_px, i, pieces);
+    const double longest = longest_part(line);
+    const double first = first_part(line, longest);
+    const int others = static_cast<int>(std::ceil((1 - first) / longest));
+    for (int i = 0; i <= others; ++i, ++num_rows_) {
+      const double from = i == 0 ? 0 : first + (1 - first) * (i - 1) / others;
+      const double to = i == others ? 1 : first + (1 - first) * i / others;
+      const auto events = static_cast<std::uint32_t>(static_cast<double>(line.events) * (to - from));
+      const Segment begin = part_of(line, false, from, to);
+      const Segment end = part_of(line, true, from, to);
       add_row(&text_, window.begin_us, "begin", num_rows_, begin, line.sigma_begin_px, events, line.polarity);
       add_row(&text_, window.end_us, "end", num_rows_, end, line.sigma_end_px, events, line.polarity);
     }

@@ -9,7 +9,7 @@
 namespace lecalib::host {
 
 /// Furthest that a row's line may bend from its chord, px.
-inline constexpr float kMaxRowBendPx = 2.5F;
+inline constexpr float kMaxRowBendPx = 1.25F;
 
 /// Collects the lines of windows as CSV: one row per line and window end,
 /// `t_us,end,line,x1,y1,x2,y2,sigma_px,events,polarity`. `line` counts through all windows and pairs the two ends;

@@ -83,11 +83,11 @@ class LineCollector {
 
   /// @return whether the guess became a line
   bool add(MovingLine line) {
-    if (!grow_line(cloud_, options_.growth, options_.fit.priors, ws_.fit, &line)) {
+    if (!grow_line(cloud_, options_.growth, options_.fit.priors, ws_.fit, {}, &line)) {
       ++stats_->guesses_repeated;
       return false;
     }
-    const FitClaim claim{static_cast<std::uint8_t>(count_ + 1), {0, 0}, 1};
+    const FitClaim claim{static_cast<std::uint8_t>(count_ + 1), {}, 1};
     const FitOutcome outcome = fit_line(cloud_, options_.fit, ws_.fit, claim, &line);
     ++stats_->fits[static_cast<std::size_t>(outcome)];
     if (outcome != FitOutcome::accepted) return false;
@@ -160,13 +160,34 @@ Status find_lines_by_planes(const EventCloud& cloud, const DetectorOptions& opti
   return Status::ok;
 }
 
-std::size_t write_lines(const EventCloud& cloud, Span<MovingLine> lines, const LineFitOptions& options,
-                        Span<EventLine> out, DetectorStats* stats) {
+/// Finds what lines have to do with each other: crossings, pieces, rows. @return how many there are then
+std::size_t settle_lines(const EventCloud& cloud, std::size_t count, const DetectorOptions& options,
+                         const DetectorWorkspace& ws, DetectorStats* stats) {
+  const StageTimer timer(options.clock_ns, DetectorStage::merge, stats);
+  stats->lines_extended = static_cast<std::uint32_t>(
+      extend_lines(cloud, options.extension, options.growth, options.fit, ws.fit, ws.lines, &count));
+  stats->lines_merged =
+      static_cast<std::uint32_t>(merge_lines(cloud, options.merge, options.fit, ws.fit, ws.lines, &count));
+  stats->lines_cut =
+      static_cast<std::uint32_t>(split_lines(cloud, options.split, options.fit, ws.fit, ws.lines, &count));
+  return count;
+}
+
+/// @return how many lines were written, those with most events first
+std::size_t write_lines(const EventCloud& cloud, Span<MovingLine> lines, const DetectorOptions& options,
+                        const DetectorWorkspace& ws, Span<EventLine> out, DetectorStats* stats) {
+  const StageTimer timer(options.clock_ns, DetectorStage::shape, stats);
   const auto more_events = [](const MovingLine& a, const MovingLine& b) { return a.events > b.events; };
   std::make_heap(lines.begin(), lines.end(), more_events);
   std::sort_heap(lines.begin(), lines.end(), more_events);
   const std::size_t count = std::min(lines.size(), out.size());
-  for (std::size_t i = 0; i < count; ++i) out[i] = to_event_line(cloud, lines[i], options);
+  const std::size_t per_line = ws.samples.size() / ws.lines.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    std::size_t num_samples = 0;
+    out[i] = shape_line(cloud, options.shape, options.fit.priors, ws.fit, lines[i],
+                        ws.samples.subspan(i * per_line, per_line), &num_samples);
+    if (per_line > 0) ws.num_samples[i] = static_cast<std::uint8_t>(num_samples);
+  }
   stats->lines_dropped += static_cast<std::uint32_t>(lines.size() - count);
   return count;
 }
@@ -182,8 +203,15 @@ const char* to_string(DetectorStage stage) noexcept {
     case DetectorStage::seeds: return "seeds";
     case DetectorStage::lines: return "lines";
     case DetectorStage::merge: return "merge";
+    case DetectorStage::shape: return "shape";
   }
   return "unknown";
+}
+
+Span<const LineSample> line_samples(const DetectorWorkspace& workspace, std::size_t line) noexcept {
+  if (line >= workspace.num_samples.size()) return {};
+  const std::size_t per_line = workspace.samples.size() / workspace.lines.size();
+  return {workspace.samples.data() + line * per_line, workspace.num_samples[line]};
 }
 
 Status detect_lines(const EventWindow& window, const DetectorOptions& options, DetectorWorkspace* workspace,
@@ -207,12 +235,8 @@ Status detect_lines(const EventWindow& window, const DetectorOptions& options, D
     const Status status = find_lines_by_planes(cloud, options, ws, &num_lines, stats);
     if (status != Status::ok) return status;
   }
-  {
-    const StageTimer timer(options.clock_ns, DetectorStage::merge, stats);
-    stats->lines_merged = static_cast<std::uint32_t>(
-        merge_lines(cloud, options.merge, options.fit, ws.fit, ws.lines.first(num_lines), &num_lines));
-  }
-  *count = write_lines(cloud, ws.lines.first(num_lines), options.fit, out, stats);
+  num_lines = settle_lines(cloud, num_lines, options, ws, stats);
+  *count = write_lines(cloud, ws.lines.first(num_lines), options, ws, out, stats);
   return Status::ok;
 }
 

@@ -20,9 +20,12 @@
 #include "lecalib/planes/pca_normals.hpp"
 #include "lecalib/planes/region_growing.hpp"
 #include "lecalib/segments/cell_seeds.hpp"
+#include "lecalib/segments/line_extension.hpp"
 #include "lecalib/segments/line_fit.hpp"
 #include "lecalib/segments/line_growth.hpp"
 #include "lecalib/segments/line_merge.hpp"
+#include "lecalib/segments/line_shape.hpp"
+#include "lecalib/segments/line_split.hpp"
 #include "lecalib/segments/plane_lines.hpp"
 #include "lecalib/segments/segment_detector.hpp"
 
@@ -42,13 +45,16 @@ struct DetectorOptions {
   std::uint32_t max_failures = 400;
   GrowthOptions growth;
   LineFitOptions fit;
+  ExtensionOptions extension;
   MergeOptions merge;
+  SplitOptions split;
+  LineShapeOptions shape;
   /// Monotonic clock for DetectorStats::stage_ns; null: stages are not timed.
   std::uint64_t (*clock_ns)() = nullptr;
 };
 
-enum class DetectorStage : std::uint8_t { cloud, normals, planes, segments, seeds, lines, merge };
-inline constexpr std::size_t kNumDetectorStages = 7;
+enum class DetectorStage : std::uint8_t { cloud, normals, planes, segments, seeds, lines, merge, shape };
+inline constexpr std::size_t kNumDetectorStages = 8;
 /// The stage's name, e.g. "normals". Never null.
 const char* to_string(DetectorStage stage) noexcept;
 
@@ -63,7 +69,9 @@ struct DetectorStats {
   std::uint32_t guesses_dropped = 0;          ///< for want of room
   std::uint32_t guesses_repeated = 0;         ///< their events belong to a line already, or there are too few
   std::uint32_t fits[kNumFitOutcomes] = {};   ///< by FitOutcome
+  std::uint32_t lines_extended = 0;           ///< through lines that they cross
   std::uint32_t lines_merged = 0;
+  std::uint32_t lines_cut = 0;      ///< at gaps
   std::uint32_t lines_dropped = 0;  ///< for want of room in the workspace or the output, the weakest first
   std::uint64_t stage_ns[kNumDetectorStages] = {};
 };
@@ -74,14 +82,17 @@ struct DetectorCapacities {
   std::size_t surface_points = 20000;  ///< of the reference: events whose normal is taken; 0 without it
   std::size_t regions = 512;           ///< of the reference; 0 without it
   std::size_t lines = 128;             ///< 1 to kMaxLines
+  std::size_t samples_per_line = 0;    ///< of LineSample, up to 96; 0: none are made
   std::size_t image_cells = 8192;      ///< of a plane's density image, 64 to 65535
   std::uint16_t width = 1280, height = 720;
 };
 
 struct DetectorWorkspace {
   CloudWorkspace cloud;
-  Span<PlaneLine> guesses;  ///< [regions]
-  Span<MovingLine> lines;   ///< [lines]
+  Span<PlaneLine> guesses;         ///< [regions]
+  Span<MovingLine> lines;          ///< [lines]
+  Span<LineSample> samples;        ///< [lines * samples_per_line], see line_samples()
+  Span<std::uint8_t> num_samples;  ///< [lines], or none
   // From here on the planes' part and the lines' part share their bytes.
   Span<SurfacePoint> surface;  ///< [surface_points]
   RegionWorkspace regions;
@@ -103,7 +114,9 @@ constexpr bool carve(Carver& carver, const DetectorCapacities& capacities, Detec
   const RegionCapacities regions{capacities.surface_points, capacities.regions, capacities.width, capacities.height};
   const LineCapacities lines{capacities.events, capacities.width, capacities.height};
   if (!carve(carver, cloud, &out->cloud) || !carver.carve(capacities.regions, &out->guesses) ||
-      !carver.carve(capacities.lines, &out->lines)) {
+      !carver.carve(capacities.lines, &out->lines) ||
+      !carver.carve(capacities.lines * capacities.samples_per_line, &out->samples) ||
+      !carver.carve(capacities.samples_per_line > 0 ? capacities.lines : 0, &out->num_samples)) {
     return false;
   }
   const std::size_t shared = carver.mark();
@@ -139,5 +152,8 @@ constexpr std::size_t detector_bytes(const DetectorCapacities& capacities) {
 /// Complexity O(events), with bounded work per plane and line. Allocates nothing. Not reentrant on one workspace.
 Status detect_lines(const EventWindow& window, const DetectorOptions& options, DetectorWorkspace* workspace,
                     Span<EventLine> out, std::size_t* count, DetectorStats* stats);
+
+/// The samples of a line of the last window, by its place in the output; none without room for them in the workspace.
+Span<const LineSample> line_samples(const DetectorWorkspace& workspace, std::size_t line) noexcept;
 
 }  // namespace lecalib

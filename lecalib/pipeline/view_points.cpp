@@ -7,13 +7,14 @@ namespace lecalib {
 namespace {
 
 /// The points of one line at one end of its window.
-void add_line(const ViewPointOptions& options, const Segment& segment, const EventLine& line, double sigma_px,
-              std::uint16_t model_line, LinePoint* out) {
+void add_line(const ViewPointOptions& options, const EventLine& line, bool at_end, std::uint16_t model_line,
+              LinePoint* out) {
+  const auto sigma_px = static_cast<double>(at_end ? line.sigma_end_px : line.sigma_begin_px);
   const std::uint32_t n = options.points_per_line;
   const double point_sigma = sigma_px * std::sqrt(0.5 * n);
   for (std::uint32_t i = 0; i < n; ++i) {
     LinePoint& point = out[i];
-    point_on_bent_segment(segment, line.bend_px, static_cast<double>(i) / (n - 1), &point.u_px, &point.v_px);
+    point_on_line(line, at_end, static_cast<double>(i) / (n - 1), &point.u_px, &point.v_px);
     point.sigma_px = point_sigma;
     point.line = model_line;
   }
@@ -21,11 +22,16 @@ void add_line(const ViewPointOptions& options, const Segment& segment, const Eve
 
 }  // namespace
 
-void point_on_bent_segment(const Segment& segment, float bend_px, double fraction, double* u_px, double* v_px) {
+void point_on_line(const EventLine& line, bool at_end, double fraction, double* u_px, double* v_px) {
+  const Segment& segment = at_end ? line.end : line.begin;
   const double dx = static_cast<double>(segment.x2) - static_cast<double>(segment.x1);
   const double dy = static_cast<double>(segment.y2) - static_cast<double>(segment.y1);
   const double length = std::sqrt(dx * dx + dy * dy);
-  const double rise = length > 0 ? 4 * fraction * (1 - fraction) * static_cast<double>(bend_px) / length : 0;
+  const double g = 2 * fraction - 1;
+  const double half_change = (at_end ? 0.5 : -0.5) * static_cast<double>(line.bend_change_px);
+  const double bow = static_cast<double>(line.bend_px) + half_change +
+                     g * (static_cast<double>(line.skew_px) + g * static_cast<double>(line.peak_px));
+  const double rise = length > 0 ? 4 * fraction * (1 - fraction) * bow / length : 0;
   *u_px = static_cast<double>(segment.x1) + fraction * dx - rise * dy;
   *v_px = static_cast<double>(segment.y1) + fraction * dy + rise * dx;
 }
@@ -47,9 +53,7 @@ Status make_view_points(const ViewPointOptions& options, Span<const LineWindow> 
       for (std::size_t m = first; m < last; ++m, used += n) {
         if (matches[m].line >= windows[window].lines.size()) return Status::invalid_argument;
         const EventLine& line = windows[window].lines[matches[m].line];
-        const float sigma = at_end ? line.sigma_end_px : line.sigma_begin_px;
-        add_line(options, at_end ? line.end : line.begin, line, static_cast<double>(sigma), matches[m].model_line,
-                 &points[used]);
+        add_line(options, line, at_end, matches[m].model_line, &points[used]);
       }
       views[made++] = {at_end ? windows[window].end_us : windows[window].begin_us, static_cast<std::uint32_t>(start),
                        static_cast<std::uint32_t>(used - start)};

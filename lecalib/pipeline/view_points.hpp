@@ -15,8 +15,8 @@ struct ViewPointOptions {
 };
 inline constexpr std::uint32_t kMaxPointsPerLine = 16;
 
-/// The point at `fraction` (0 to 1) of a segment that bends by bend_px at its middle.
-void point_on_bent_segment(const Segment& segment, float bend_px, double fraction, double* u_px, double* v_px);
+/// The point at `fraction` (0 to 1) of a line's curve, at its window's begin or end.
+void point_on_line(const EventLine& line, bool at_end, double fraction, double* u_px, double* v_px);
 
 /// Turns the matched lines of windows into views: two for each matched window, at its begin and its end.
 /// The points of a line share its one-sigma such that together they weigh as much as its two end points.

@@ -9,9 +9,9 @@ namespace lecalib {
 
 /// How the window's length follows the motion: edges should travel several pixels in a window, not tens.
 struct WindowLengthOptions {
-  std::int64_t first_us = 5'000;  ///< of the first window; > 0
-  std::int64_t min_us = 300;      ///< > 0; shorter windows hold too few events of an edge
-  std::int64_t max_us = 60'000;   ///< >= min_us; in longer ones the noise of a sensor begins to form lines
+  std::int64_t first_us = 10'000;  ///< of the first window; > 0
+  std::int64_t min_us = 300;       ///< > 0; shorter windows hold too few events of an edge
+  std::int64_t max_us = 60'000;    ///< >= min_us; in longer ones the noise of a sensor begins to form lines
   float travel_px = 5;  ///< wanted travel of the faster lines across themselves; 0: the length stays at first_us
 };
 

@@ -85,17 +85,21 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
   const float per_us = 1.0F / c_z;
   const float depth_px = length_us * per_us;
   if (!(depth_px > 0)) return Status::invalid_argument;
+  const float ticks_per_us = static_cast<float>(kCloudTicks) / length_us;
   for_each_kept(window.events, options, inside, kept, [&](const Event& event) {
     const std::uint32_t i = start[cell_of(event, cols, cells) + 1]++;
-    const auto t = static_cast<float>(event.t_us - window.begin_us);
-    workspace.x[i] = static_cast<float>(event.x);
-    workspace.y[i] = static_cast<float>(event.y);
-    workspace.z[i] = (t < 0 ? 0 : t < length_us ? t : length_us) * per_us;
+    const float t = static_cast<float>(event.t_us - window.begin_us) * ticks_per_us + 0.5F;
+    workspace.x[i] = event.x;
+    workspace.y[i] = event.y;
+    workspace.t[i] =
+        static_cast<std::uint16_t>(t < 0                                 ? 0.0F
+                                   : t < static_cast<float>(kCloudTicks) ? t
+                                                                         : static_cast<float>(kCloudTicks));
   });
 
   cloud->x = {workspace.x.data(), kept};
   cloud->y = {workspace.y.data(), kept};
-  cloud->z = {workspace.z.data(), kept};
+  cloud->t = {workspace.t.data(), kept};
   cloud->cell_start = {start.data(), 2 * cells + 1};
   cloud->width = options.width;
   cloud->height = options.height;

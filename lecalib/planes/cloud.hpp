@@ -34,14 +34,14 @@ struct CloudStats {
 };
 
 struct CloudWorkspace {
-  Span<float> x, y, z;             ///< [events]
+  Span<std::uint16_t> x, y, t;     ///< [events]
   Span<std::uint32_t> cell_start;  ///< [2 * cells + 1]
 };
 
 template <class Carver>
 constexpr bool carve(Carver& carver, const CloudCapacities& capacities, CloudWorkspace* out) {
   return carver.carve(capacities.events, &out->x) && carver.carve(capacities.events, &out->y) &&
-         carver.carve(capacities.events, &out->z) &&
+         carver.carve(capacities.events, &out->t) &&
          carver.carve(2 * cloud_cells(capacities.width, capacities.height) + 1, &out->cell_start);
 }
 

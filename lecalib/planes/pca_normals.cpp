@@ -41,7 +41,7 @@ std::size_t fit_surface(const EventCloud& cloud, const Point3& origin, Span<cons
     for (const std::uint32_t i : neighbours) {
       const float x = cloud.x[i] - origin.x;
       const float y = cloud.y[i] - origin.y;
-      const float z = cloud.z[i] - origin.z;
+      const float z = cloud.z(i) - origin.z;
       if (round > 0 && std::fabs(distance(*plane, x, y, z)) > band) continue;
       moments.add(x, y, z);
     }
@@ -87,7 +87,7 @@ Status estimate_normals(const EventCloud& cloud, const NormalOptions& options, S
   for (std::size_t i = 0; i < cloud.size(); i += stride) {
     while (cloud.cell_start[cell + 1] <= i) ++cell;
     ++stats->queries;
-    const Point3 origin{cloud.x[i], cloud.y[i], cloud.z[i]};
+    const Point3 origin = cloud.point(i);
     const bool on = cloud.is_on(i);
     const Neighbourhood near =
         find_neighbourhood(cloud, on ? 1 : 0, origin, options.neighbourhood, Span<Neighbour>(scratch), neighbours);

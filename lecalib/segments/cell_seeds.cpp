@@ -86,14 +86,13 @@ float cell_centre(std::size_t index) { return static_cast<float>(index) * kCell 
 
 /// Sums of one row of cells of one polarity.
 void sum_row(const EventCloud& cloud, std::size_t first_cell, std::size_t row, CellMoments* out) {
-  const float tau_per_z = 2.0F / cloud.depth_px;
   const float oy = cell_centre(row);
   for (std::size_t col = 0; col < cloud.cols; ++col) {
     CellMoments m{};
     const std::size_t cell = first_cell + row * cloud.cols + col;
     const float ox = cell_centre(col);
     for (std::uint32_t i = cloud.cell_start[cell]; i < cloud.cell_start[cell + 1]; ++i) {
-      add_event(&m, cloud.x[i] - ox, cloud.y[i] - oy, cloud.z[i] * tau_per_z - 1);
+      add_event(&m, cloud.x[i] - ox, cloud.y[i] - oy, cloud.tau(i));
     }
     out[col] = m;
   }
@@ -121,7 +120,6 @@ void keep(const SeedWorkspace& ws, const CellSeed& seed, std::size_t* count, std
 /// @return free events of the block
 float sum_block(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner, float ox, float oy,
                 const BlockEdge* edge, float band_px, CellMoments* out) {
-  const float tau_per_z = 2.0F / cloud.depth_px;
   *out = {};
   float free_events = 0;
   for (const std::uint32_t cell : {block, block + cloud.cols}) {
@@ -130,7 +128,7 @@ float sum_block(const EventCloud& cloud, std::uint32_t block, Span<const std::ui
       ++free_events;
       const float x = cloud.x[i] - ox;
       const float y = cloud.y[i] - oy;
-      const float t = cloud.z[i] * tau_per_z - 1;
+      const float t = cloud.tau(i);
       if (edge != nullptr) {
         const float d = (y - edge->my) * edge->ux - (x - edge->mx) * edge->uy - (t - edge->mt) * edge->speed;
         if (d > band_px || d < -band_px) continue;

@@ -73,17 +73,25 @@ inline Quadrilateral swept_area(const MovingLine& line, float s0, float s1, floa
 
 }  // namespace detail
 
-/// Calls visit(const LineEvent&) for every event of one polarity with s in [s0, s1) and |residual| <= band.
+/// Calls visit(const LineEvent&) for the events of the polarities (bit 0: OFF, bit 1: ON) with s in [s0, s1) and
+/// |residual| <= band; with a stride above 1, for one in so many of the cloud's events, evenly spread in space and
+/// time.
 template <class Visit>
 void for_each_near_line(const EventCloud& cloud, const MovingLine& line, float s0, float s1, float band_px,
-                        int polarity, Visit visit) {
+                        unsigned polarities, std::uint32_t stride, Visit visit) {
   constexpr float kPiecePx = 64;  // short enough that turn and bend do not widen the swept area much
-  const std::size_t base = polarity != 0 ? cloud.cells() : 0;
-  const float tau_per_z = 2.0F / cloud.depth_px;
   const int pieces = s1 > s0 ? static_cast<int>((s1 - s0) / kPiecePx) + 1 : 0;
   for (int i_piece = 0; i_piece < pieces; ++i_piece) {
     const float piece = s0 + static_cast<float>(i_piece) * kPiecePx;
     const float piece_end = std::min(piece + kPiecePx, s1);
+    const auto visit_if_near = [&](std::uint32_t i) {
+      const float s = line.along(cloud.x[i], cloud.y[i]);
+      if (s < piece || s >= piece_end) return;
+      const float d = line.across(cloud.x[i], cloud.y[i]);
+      const float tau = cloud.tau(i);
+      const float residual = d - line.offset(s, tau);
+      if (residual <= band_px && residual >= -band_px) visit(LineEvent{i, s, d, tau, residual});
+    };
     const detail::Quadrilateral area = detail::swept_area(line, piece, piece_end, band_px);
     const float top = std::min(std::min(area.y[0], area.y[1]), std::min(area.y[2], area.y[3]));
     const float bottom = std::max(std::max(area.y[0], area.y[1]), std::max(area.y[2], area.y[3]));
@@ -94,16 +102,14 @@ void for_each_near_line(const EventCloud& cloud, const MovingLine& line, float s
       int first_col = 0;
       int last_col = 0;
       if (!area.columns(row, cloud.cols, &first_col, &last_col)) continue;
-      const std::size_t row_base = base + static_cast<std::size_t>(row) * cloud.cols;
-      const std::uint32_t end = cloud.cell_start[row_base + static_cast<std::size_t>(last_col) + 1];
-      for (std::uint32_t i = cloud.cell_start[row_base + static_cast<std::size_t>(first_col)]; i < end; ++i) {
-        const float s = line.along(cloud.x[i], cloud.y[i]);
-        if (s < piece || s >= piece_end) continue;
-        const float d = line.across(cloud.x[i], cloud.y[i]);
-        const float tau = cloud.z[i] * tau_per_z - 1.0F;
-        const float residual = d - line.offset(s, tau);
-        if (residual > band_px || residual < -band_px) continue;
-        visit(LineEvent{i, s, d, tau, residual});
+      for (unsigned polarity = 0; polarity < 2; ++polarity) {
+        if ((polarities >> polarity & 1U) == 0) continue;
+        const std::uint32_t* const cells =
+            &cloud.cell_start[(polarity != 0 ? cloud.cells() : 0) + static_cast<std::size_t>(row) * cloud.cols];
+        const std::uint32_t end = cells[last_col + 1];
+        std::uint32_t i = cells[first_col];
+        if (stride > 1) i = (i + stride - 1) / stride * stride;
+        for (; i < end; i += stride) visit_if_near(i);
       }
     }
   }

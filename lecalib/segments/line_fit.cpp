@@ -4,14 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lecalib/math/chance.hpp"
 #include "lecalib/segments/corridor.hpp"
+#include "lecalib/segments/line_kink.hpp"
 
 namespace lecalib {
 namespace {
 
 constexpr float kWideBandPx = 5;    // events that the robust fit chooses from
 constexpr float kBeyondEndsPx = 6;  // how far past the ends they are looked for
-constexpr int kRounds = 4;
+constexpr int kRounds = 3;
 constexpr float kBandSigmas = 3;  // of the weight 1 - (r / band)^2
 constexpr float kMinBandPx = 1.2F;
 constexpr float kMaxBandPx = 4.5F;
@@ -19,6 +21,8 @@ constexpr float kMaxBandPx = 4.5F;
 constexpr float kWeightedVariance = 0.78F;
 /// Events of one edge are not independent: the pixel grid and the thresholds tie neighbours together.
 constexpr float kVarianceInflation = 1.2F;
+
+constexpr int kMaxParts = 3;  // a line is cut at a kink that often, less one
 
 constexpr float kInlierSigmas = 2.5F;
 constexpr float kMinInlierPx = 1;
@@ -45,11 +49,13 @@ class LineFitter {
              const FitClaim& claim, const MovingLine& line)
       : cloud_(cloud), options_(options), ws_(workspace), claim_(claim), line_(line) {}
 
-  FitOutcome fit() {
+  /// @param[out] kink_px  where the line turns off, written when the outcome is kinked
+  FitOutcome fit(float* kink_px) {
     recentre(&line_);
     collect();
-    if (count_ < options_.min_events) return FitOutcome::too_few_events;
+    if (count_ * stride_ < options_.min_events) return FitOutcome::too_few_events;
     FitOutcome outcome = fit_robustly();
+    if (outcome == FitOutcome::accepted && has_kink(kink_px)) outcome = FitOutcome::kinked;
     if (outcome == FitOutcome::accepted) outcome = judge_support();
     if (outcome == FitOutcome::accepted) outcome = find_extents();
     if (outcome == FitOutcome::accepted) mark_events();
@@ -59,55 +65,62 @@ class LineFitter {
   [[nodiscard]] const MovingLine& line() const { return line_; }
 
  private:
-  [[nodiscard]] bool may_take(std::uint8_t owner) const {
-    return owner == 0 || owner == claim_.may_take[0] || owner == claim_.may_take[1];
-  }
-
+  /// Lists the events near to the line; of more than are needed, an even share.
   void collect() {
+    stride_ = std::max(1U, line_.events / std::max(1U, options_.max_fit_events));
     const float from = line_.lowest() - kBeyondEndsPx;
     const float to = line_.highest() + kBeyondEndsPx;
-    for (int polarity = 0; polarity < 2; ++polarity) {
-      if ((line_.polarities >> polarity & 1) == 0) continue;
-      for_each_near_line(cloud_, line_, from, to, kWideBandPx, polarity, [&](const LineEvent& event) {
-        if (!may_take(ws_.owner[event.index])) return;
-        ws_.index[count_] = event.index;
-        ws_.along[count_++] = event.along_px;
+    const std::size_t room = ws_.along.size();
+    bool fits = false;
+    while (!fits) {
+      std::size_t found = 0;
+      for_each_near_line(cloud_, line_, from, to, kWideBandPx, line_.polarities, stride_, [&](const LineEvent& event) {
+        if (!claim_.may_take(ws_.owner[event.index]) || ++found > room) return;
+        ws_.along[found - 1] = event.along_px;
+        ws_.across[found - 1] = event.across_px;
+        ws_.tau[found - 1] = event.tau;
       });
+      fits = found <= room;
+      count_ = std::min(found, room);
+      if (!fits) stride_ *= 2;
     }
   }
 
-  [[nodiscard]] float tau(std::uint32_t event) const { return cloud_.z[event] * (2.0F / cloud_.depth_px) - 1; }
-  [[nodiscard]] float across(std::uint32_t event) const { return line_.across(cloud_.x[event], cloud_.y[event]); }
-  [[nodiscard]] float residual(std::size_t k) const {
-    const std::uint32_t event = ws_.index[k];
-    return across(event) - line_.offset(ws_.along[k], tau(event));
-  }
+  [[nodiscard]] float residual(std::size_t k) const { return ws_.across[k] - line_.offset(ws_.along[k], ws_.tau[k]); }
+  [[nodiscard]] float band() const { return std::clamp(kBandSigmas * line_.thickness_px, kMinBandPx, kMaxBandPx); }
 
   FitOutcome fit_robustly() {
-    const std::size_t stride = std::max<std::size_t>(1, count_ / std::max(1U, options_.max_fit_events));
-    float band = kBandSigmas * line_.thickness_px;
     for (int round = 0; round < kRounds; ++round) {
-      band = std::clamp(band, kMinBandPx, kMaxBandPx);
+      const float per_band = 1 / band();
       LineEquations equations;
       float weighted_square = 0;
       float weights = 0;
-      for (std::size_t k = 0; k < count_; k += stride) {
-        const float r = residual(k) / band;
+      for (std::size_t k = 0; k < count_; ++k) {
+        const float r = residual(k) * per_band;
         const float weight = 1 - r * r;
         if (weight <= 0) continue;
-        const std::uint32_t event = ws_.index[k];
-        equations.add(ws_.along[k], tau(event), across(event), weight);
+        equations.add(ws_.along[k], ws_.tau[k], ws_.across[k], weight);
         weighted_square += weight * r * r;
         weights += weight;
       }
-      if (equations.count() < options_.min_events / 2) return FitOutcome::too_few_events;
-      const float variance = band * band * weighted_square / (weights * kWeightedVariance);
+      if (equations.count() * stride_ < options_.min_events / 2) return FitOutcome::too_few_events;
+      const float variance = weighted_square / (weights * kWeightedVariance * per_band * per_band);
       line_.thickness_px = std::sqrt(variance);
       if (!equations.solve(options_.priors, 1, line_.m, line_.covariance)) return FitOutcome::no_solution;
       for (float& entry : line_.covariance) entry *= variance * kVarianceInflation;
-      band = kBandSigmas * line_.thickness_px;
     }
     return line_.thickness_px > options_.max_thickness_px ? FitOutcome::too_thick : FitOutcome::accepted;
+  }
+
+  bool has_kink(float* at_px) const {
+    KinkFinder finder(line_.lowest(), line_.highest());
+    const float per_band = 1 / band();
+    for (std::size_t k = 0; k < count_; ++k) {
+      const float r = residual(k);
+      const float weight = 1 - r * r * per_band * per_band;
+      if (weight > 0) finder.add(ws_.along[k], r, weight);
+    }
+    return finder.find(options_.kink, line_.thickness_px * line_.thickness_px, at_px);
   }
 
   /// Counts the events on the line into the histogram and holds them against those beside it.
@@ -129,27 +142,22 @@ class LineFitter {
       const int bin = static_cast<int>((ws_.along[k] - histogram_start_) / kHistogramBinPx);
       if (ws_.along[k] < histogram_start_ || bin >= num_bins_) continue;
       const int row =
-          std::clamp(static_cast<int>((tau(ws_.index[k]) + 1) * kRowsPerTau), 0, static_cast<int>(kHistogramRows) - 1);
+          std::clamp(static_cast<int>((ws_.tau[k] + 1) * kRowsPerTau), 0, static_cast<int>(kHistogramRows) - 1);
       std::uint16_t& counted = count_at(row, bin);
       counted = static_cast<std::uint16_t>(counted + (counted < kMaxCount ? 1 : 0));
       ++on_line[row];
     }
     const std::uint32_t early = on_line[0] + on_line[1];
     const std::uint32_t late = on_line[2] + on_line[3];
-    line_.events = early + late;
+    line_.events = (early + late) * stride_;
     if (line_.events < options_.min_events) return FitOutcome::too_few_events;
-    const auto events = static_cast<float>(line_.events);
+    const auto events = static_cast<float>(early + late);
     const float beside = static_cast<float>(flank) * inlier / (inlier + kFlankMarginPx);
     if (events < options_.min_contrast * beside) return FitOutcome::low_contrast;
-    if (events < options_.min_over_noise * expected_noise(inlier)) return FitOutcome::noise;
+    const float noise = cloud_.noise_in(line_.polarities) * 2 * inlier * line_.length() / static_cast<float>(stride_);
+    if (evidence_against_chance(events, std::max(noise, beside)) < options_.min_evidence) return FitOutcome::noise;
     if (static_cast<float>(std::min(early, late)) < options_.min_half_share * events) return FitOutcome::one_sided;
     return FitOutcome::accepted;
-  }
-
-  [[nodiscard]] float expected_noise(float half_width) const {
-    const float floor = ((line_.polarities & 1U) != 0 ? cloud_.noise_floor[0] : 0) +
-                        ((line_.polarities & 2U) != 0 ? cloud_.noise_floor[1] : 0);
-    return floor * 2 * half_width * line_.length();
   }
 
   [[nodiscard]] std::uint16_t& count_at(int row, int bin) const {
@@ -245,10 +253,13 @@ class LineFitter {
   }
 
   void mark_events() {
-    const float band = std::max(kMinClaimPx, kClaimSigmas * line_.thickness_px);
-    for (std::size_t k = 0; k < count_; ++k) {
-      if (std::fabs(residual(k)) < band) ws_.owner[ws_.index[k]] = claim_.id;
-    }
+    line_.id = claim_.id;
+    const float claimed = std::max(kMinClaimPx, kClaimSigmas * line_.thickness_px);
+    for_each_near_line(cloud_, line_, line_.lowest() - kBeyondEndsPx, line_.highest() + kBeyondEndsPx, claimed,
+                       line_.polarities, 1, [&](const LineEvent& event) {
+                         std::uint8_t& owner = ws_.owner[event.index];
+                         if (claim_.may_take(owner)) owner = claim_.id;
+                       });
   }
 
   const EventCloud& cloud_;
@@ -256,60 +267,45 @@ class LineFitter {
   const LineWorkspace& ws_;
   const FitClaim& claim_;
   MovingLine line_;
-  std::size_t count_ = 0;  // events in the lists
+  std::size_t count_ = 0;     // events in the lists
+  std::uint32_t stride_ = 1;  // of the cloud's events, so many are passed over for one that is looked at
   float histogram_start_ = 0;
   int num_bins_ = 0;
 };
 
-/// One sigma of the line's position at one end of the window (0 or 1).
-float end_sigma(const MovingLine& line, int end, float systematic2) {
-  const float tau = end == 0 ? -1.0F : 1.0F;
-  const float statistical =
-      0.5F * (offset_variance(line, line.low[end], tau) + offset_variance(line, line.high[end], tau));
-  return std::sqrt(statistical + systematic2);
+void keep_longer_part(float cut_px, MovingLine* line) {
+  const bool keep_low = cut_px - line->lowest() > line->highest() - cut_px;
+  for (int end = 0; end < 2; ++end) {
+    if (keep_low) {
+      line->high[end] = cut_px;
+    } else {
+      line->low[end] = cut_px;
+    }
+  }
 }
 
 }  // namespace
 
 FitOutcome fit_line(const EventCloud& cloud, const LineFitOptions& options, const LineWorkspace& workspace,
                     const FitClaim& claim, MovingLine* line) {
-  LineFitter fitter(cloud, options, workspace, claim, *line);
-  const FitOutcome outcome = fitter.fit();
-  if (outcome == FitOutcome::accepted) *line = fitter.line();
-  return outcome;
-}
-
-EventLine to_event_line(const EventCloud& cloud, const MovingLine& line, const LineFitOptions& options) {
-  EventLine out{};
-  Segment* segments[2] = {&out.begin, &out.end};
-  for (int end = 0; end < 2; ++end) {
-    const float tau = end == 0 ? -1.0F : 1.0F;
-    const float low = line.offset(line.low[end], tau);
-    const float high = line.offset(line.high[end], tau);
-    *segments[end] = {line.x(line.low[end], low), line.y(line.low[end], low), line.x(line.high[end], high),
-                      line.y(line.high[end], high)};
+  MovingLine part = *line;
+  FitOutcome outcome = FitOutcome::kinked;
+  for (int i = 0; i < kMaxParts && outcome == FitOutcome::kinked; ++i) {
+    LineFitter fitter(cloud, options, workspace, claim, part);
+    float kink_px = 0;
+    outcome = fitter.fit(&kink_px);
+    part = fitter.line();
+    if (outcome == FitOutcome::kinked) keep_longer_part(kink_px, &part);
   }
-  const float half_length = 0.5F * line.length() * kAlongUnit;
-  out.bend_px = -line.m[4] * half_length * half_length;
-  // Events per px^2 of swept area, once more than nothing: the denser an edge fires, the sharper it stands.
-  const float travel = std::max(1.0F, 2 * std::fabs(line.m[2]));
-  const float fired = static_cast<float>(line.events) / cloud.kept_share;
-  const float density = fired / std::max(1.0F, line.length() * travel);
-  const float systematic2 =
-      options.systematic_px * options.systematic_px + options.systematic_sparse_px2 / std::max(density, 0.05F);
-  out.sigma_begin_px = end_sigma(line, 0, systematic2);
-  out.sigma_end_px = end_sigma(line, 1, systematic2);
-  out.events = line.events;
-  constexpr std::int8_t kPolarities[4] = {0, -1, 1, 0};  // by the bits of MovingLine::polarities
-  out.polarity = kPolarities[line.polarities & 3U];
-  return out;
+  if (outcome == FitOutcome::accepted) *line = part;
+  return outcome;
 }
 
 float min_line_length(const LineFitOptions& options, std::uint16_t width, std::uint16_t height) {
   if (options.min_length_px > 0) return options.min_length_px;
   const auto w = static_cast<float>(width);
   const auto h = static_cast<float>(height);
-  return std::clamp(0.07F * std::sqrt(w * w + h * h), 20.0F, 30.0F);
+  return std::clamp(0.03F * std::sqrt(w * w + h * h), 12.0F, 30.0F);
 }
 
 }  // namespace lecalib

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lecalib/math/chance.hpp"
 #include "lecalib/segments/corridor.hpp"
 
 namespace lecalib {
@@ -14,6 +15,8 @@ constexpr float kMinStepPx = 16;
 constexpr float kMaxStepPx = 64;
 constexpr float kBinPx = 4;
 constexpr int kMaxBins = static_cast<int>(kMaxStepPx / kBinPx);
+/// Events per px of line that growth needs; of more, an even share is looked at.
+constexpr float kEnoughPerPx = 6;
 constexpr int kMaxBridges = 2;       // steps in a row that see other lines' events only
 constexpr float kBorderPx = 8;       // beyond the sensor's border nothing is to be found
 constexpr float kPriorVariance = 1;  // of the events' distance while the thickness is unknown, px^2
@@ -28,14 +31,19 @@ struct Reach {
 class LineGrower {
  public:
   LineGrower(const EventCloud& cloud, const GrowthOptions& options, const LinePriors& priors,
-             const LineWorkspace& workspace, const MovingLine& guess)
-      : cloud_(cloud), options_(options), priors_(priors), ws_(workspace), line_(guess) {}
+             const LineWorkspace& workspace, const OwnerFilter& may_take, const MovingLine& guess)
+      : cloud_(cloud), options_(options), priors_(priors), ws_(workspace), may_take_(may_take), line_(guess) {}
 
   bool start() {
     line_.low[0] = line_.low[1] = line_.lowest();
     line_.high[0] = line_.high[1] = line_.highest();
     gather(line_.low[0], line_.high[0], line_.polarities, 1);
-    if (count_ < options_.min_events) return false;
+    if (count_ < options_.min_events || !(length() > 0)) return false;
+    stride_ = static_cast<std::uint32_t>(std::max(1.0F, density() / kEnoughPerPx));
+    if (stride_ > 1) {
+      count_ = 0;
+      gather(line_.low[0], line_.high[0], line_.polarities, 1);
+    }
     accept_from(0);
     return refit();
   }
@@ -48,7 +56,11 @@ class LineGrower {
     }
   }
 
-  [[nodiscard]] const MovingLine& line() const { return line_; }
+  [[nodiscard]] MovingLine line() const {
+    MovingLine grown = line_;
+    grown.events = static_cast<std::uint32_t>(count_) * stride_;
+    return grown;
+  }
 
  private:
   struct Side {
@@ -60,28 +72,24 @@ class LineGrower {
   [[nodiscard]] float length() const { return line_.high[0] - line_.low[0]; }
   [[nodiscard]] float density() const { return static_cast<float>(count_) / length(); }
 
-  /// Appends the free events in [from, to) to the list; counts those of other lines in bins from the inner end on.
+  /// Appends the events in [from, to) that the line may take to the list; counts those of other lines in bins from the
+  /// inner end on.
   void gather(float from, float to, unsigned polarities, int side) {
-    for (int polarity = 0; polarity < 2; ++polarity) {
-      if ((polarities >> polarity & 1U) == 0) continue;
-      for_each_near_line(cloud_, line_, from, to, options_.band_px, polarity, [&](const LineEvent& event) {
-        if (ws_.owner[event.index] == 0) {
-          ws_.index[count_] = event.index;
-          ws_.along[count_++] = event.along_px;
-          return;
-        }
-        const int bin = static_cast<int>((side == 1 ? event.along_px - from : to - event.along_px) / kBinPx);
-        if (bin >= 0 && bin < kMaxBins) ++foreign_[bin];
-      });
-    }
+    for_each_near_line(cloud_, line_, from, to, options_.band_px, polarities, stride_, [&](const LineEvent& event) {
+      if (may_take_(ws_.owner[event.index])) {
+        if (count_ == ws_.along.size()) return;
+        ws_.along[count_] = event.along_px;
+        ws_.across[count_] = event.across_px;
+        ws_.tau[count_++] = event.tau;
+        return;
+      }
+      const int bin = static_cast<int>((side == 1 ? event.along_px - from : to - event.along_px) / kBinPx);
+      if (bin >= 0 && bin < kMaxBins) ++foreign_[bin];
+    });
   }
 
   void accept_from(std::size_t first) {
-    const float tau_per_z = 2.0F / cloud_.depth_px;
-    for (std::size_t k = first; k < count_; ++k) {
-      const std::uint32_t i = ws_.index[k];
-      equations_.add(ws_.along[k], cloud_.z[i] * tau_per_z - 1, line_.across(cloud_.x[i], cloud_.y[i]), 1);
-    }
+    for (std::size_t k = first; k < count_; ++k) equations_.add(ws_.along[k], ws_.tau[k], ws_.across[k], 1);
   }
 
   bool refit() { return equations_.solve(priors_, kPriorVariance, line_.m, nullptr); }
@@ -94,7 +102,7 @@ class LineGrower {
       if (bin >= 0 && bin < kMaxBins) ++own[bin];
     }
     const float before = static_cast<float>(first) / length();
-    const float noise = noise_floor() * 2 * options_.band_px * kBinPx;
+    const float noise = noise_in(line_.polarities, kBinPx);
     const float need =
         std::max(std::max(options_.min_density * before * kBinPx, 0.6F), options_.min_over_noise * noise);
     const float gap_px = options_.gap_events / std::max(before, 0.05F);
@@ -120,9 +128,9 @@ class LineGrower {
     return reach;
   }
 
-  [[nodiscard]] float noise_floor() const {
-    return ((line_.polarities & 1U) != 0 ? cloud_.noise_floor[0] : 0) +
-           ((line_.polarities & 2U) != 0 ? cloud_.noise_floor[1] : 0);
+  /// Events that the noise floor lets expect on a stretch of the line.
+  [[nodiscard]] float noise_in(unsigned polarities, float length_px) const {
+    return cloud_.noise_in(polarities) * 2 * options_.band_px * length_px / static_cast<float>(stride_);
   }
 
   /// Looks whether the line goes on in the polarity that it does not have yet; if so it becomes one of both.
@@ -131,7 +139,10 @@ class LineGrower {
     const std::size_t keep = count_;
     gather(from, to, line_.polarities ^ 3U, side);
     const Reach both = measure(first, from, to, side);
-    if (both.extent_px >= own.extent_px + options_.other_polarity_px) {
+    const auto gained = static_cast<float>(count_ - keep);
+    const float by_chance = noise_in(line_.polarities ^ 3U, to - from);
+    if (both.extent_px >= own.extent_px + options_.other_polarity_px &&
+        evidence_against_chance(gained, by_chance) > options_.min_other_polarity_evidence) {
       line_.polarities = 3;
       return both;
     }
@@ -143,8 +154,9 @@ class LineGrower {
     std::size_t kept = first;
     for (std::size_t k = first; k < count_; ++k) {
       if ((side == 1 ? ws_.along[k] - from : to - ws_.along[k]) >= extent) continue;
-      ws_.index[kept] = ws_.index[k];
-      ws_.along[kept++] = ws_.along[k];
+      ws_.along[kept] = ws_.along[k];
+      ws_.across[kept] = ws_.across[k];
+      ws_.tau[kept++] = ws_.tau[k];
     }
     count_ = kept;
   }
@@ -197,9 +209,11 @@ class LineGrower {
   const GrowthOptions& options_;
   const LinePriors& priors_;
   const LineWorkspace& ws_;
+  const OwnerFilter& may_take_;
   MovingLine line_;
   LineEquations equations_;
-  std::size_t count_ = 0;  // events in the lists
+  std::size_t count_ = 0;     // events in the lists
+  std::uint32_t stride_ = 1;  // of the cloud's events, so many are passed over for one that is looked at
   Side sides_[2];
   int foreign_[kMaxBins] = {};
 };
@@ -207,8 +221,8 @@ class LineGrower {
 }  // namespace
 
 bool grow_line(const EventCloud& cloud, const GrowthOptions& options, const LinePriors& priors,
-               const LineWorkspace& workspace, MovingLine* line) {
-  LineGrower grower(cloud, options, priors, workspace, *line);
+               const LineWorkspace& workspace, const OwnerFilter& may_take, MovingLine* line) {
+  LineGrower grower(cloud, options, priors, workspace, may_take, *line);
   if (!grower.start()) return false;
   grower.grow();
   *line = grower.line();

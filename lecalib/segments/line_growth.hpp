@@ -10,22 +10,22 @@
 namespace lecalib {
 
 struct GrowthOptions {
-  float band_px = 2.8F;           ///< events within it belong to the line while it grows, px, > 0
-  float max_gap_px = 16;          ///< a line without support for so long ends, px, >= 4
-  float gap_events = 6;           ///< so does one without support where it should have had so many events
-  float min_density = 0.3F;       ///< of the line's own density: less is no support, 0 to 1
-  float min_over_noise = 1.5F;    ///< support in units of the noise floor
-  float other_polarity_px = 16;   ///< a line goes on in the other polarity (checkerboards) if for so long, px; 0: never
-  std::uint32_t min_events = 10;  ///< in the first guess
+  float band_px = 2.8F;          ///< events within it belong to the line while it grows, px, > 0
+  float max_gap_px = 16;         ///< a line without support for so long ends, px, >= 4
+  float gap_events = 12;         ///< so does one without support where it should have had so many events
+  float min_density = 0.3F;      ///< of the line's own density: less is no support, 0 to 1
+  float min_over_noise = 1.5F;   ///< support in units of the noise floor
+  float other_polarity_px = 16;  ///< a line goes on in the other polarity (checkerboards) if for so long, px; 0: never
+  float min_other_polarity_evidence = 12;  ///< ... and if its events there are no noise, nats
+  std::uint32_t min_events = 10;           ///< in the first guess
 };
 
-/// Fits the line to the free events near to it and lets it grow at both ends, step by step, fitting anew after each.
-/// Events of other lines neither support it nor end it: crossings are bridged.
-/// @param line  in: a guess with low, high, polarities; out: the grown line (low[0] = low[1], high[0] = high[1]),
-/// without
-///              thickness and covariance; unchanged unless true
-/// @return false when the guess holds too few free events
+/// Fits the line to the events near to it that it may take and lets it grow at both ends, step by step, fitting anew
+/// after each. Events of other lines neither support it nor end it: crossings are bridged.
+/// @param line  in: a guess with low, high, polarities; out: the grown line (low[0] = low[1], high[0] = high[1]) and an
+///              estimate of its events, without thickness and covariance; unchanged unless true
+/// @return false when the guess holds too few events
 bool grow_line(const EventCloud& cloud, const GrowthOptions& options, const LinePriors& priors,
-               const LineWorkspace& workspace, MovingLine* line);
+               const LineWorkspace& workspace, const OwnerFilter& may_take, MovingLine* line);
 
 }  // namespace lecalib

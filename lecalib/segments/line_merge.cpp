@@ -10,7 +10,8 @@ namespace lecalib {
 namespace {
 
 constexpr float kGapMarginPx = 8;
-constexpr float kSmallGapPx = 6;  // not worth looking at
+constexpr float kSmallGapPx = 6;      // not worth looking at
+constexpr float kSmallGapEvents = 9;  // nor is a gap where so many events are missing at most
 constexpr float kGapBandPx = 2.5F;
 constexpr int kMaxGapBins = 64;
 constexpr float kGapBinPx = 4;
@@ -30,15 +31,20 @@ struct Agreement {
   float high = 0;
 };
 
-/// Holds the four ends of `piece` against the surface of `reference`.
-Agreement compare(const MovingLine& reference, const MovingLine& piece, const MergeOptions& options) {
+/// Which ends of a piece are looked at.
+enum class PieceEnds : std::uint8_t { both, low, high };
+
+/// Holds ends of `piece` against the surface of `reference`, at the window's begin and end.
+Agreement compare(const MovingLine& reference, const MovingLine& piece, PieceEnds ends, const MergeOptions& options) {
   Agreement result;
   result.low = 1e9F;
   result.high = -1e9F;
   result.agrees = true;
   for (int end = 0; end < 2; ++end) {
     const float tau = end == 0 ? -1.0F : 1.0F;
-    for (const float s_piece : {piece.low[end], piece.high[end]}) {
+    for (const bool is_high : {false, true}) {
+      if (ends == (is_high ? PieceEnds::low : PieceEnds::high)) continue;
+      const float s_piece = is_high ? piece.high[end] : piece.low[end];
       const float d_piece = piece.offset(s_piece, tau);
       const float x = piece.x(s_piece, d_piece);
       const float y = piece.y(s_piece, d_piece);
@@ -61,13 +67,10 @@ bool is_gap_filled(const EventCloud& cloud, const MergeOptions& options, const M
   const float gap = to - from;
   const int bins = std::clamp(static_cast<int>(gap / kGapBinPx), 1, kMaxGapBins);
   int counts[kMaxGapBins] = {};
-  for (int polarity = 0; polarity < 2; ++polarity) {
-    if ((polarities >> polarity & 1U) == 0) continue;
-    for_each_near_line(cloud, line, from, to, kGapBandPx, polarity, [&](const LineEvent& event) {
-      const int bin = static_cast<int>((event.along_px - from) / gap * static_cast<float>(bins));
-      ++counts[std::min(bin, bins - 1)];
-    });
-  }
+  for_each_near_line(cloud, line, from, to, kGapBandPx, polarities, 1, [&](const LineEvent& event) {
+    const int bin = static_cast<int>((event.along_px - from) / gap * static_cast<float>(bins));
+    ++counts[std::min(bin, bins - 1)];
+  });
   const float expected = density * gap;
   int total = 0;
   int holes = 0;
@@ -88,12 +91,14 @@ bool opposite(const MovingLine& a, const MovingLine& b) { return (a.polarities &
 bool belong_together(const EventCloud& cloud, const MergeOptions& options, const MovingLine& a, const MovingLine& b,
                      Agreement* of_b) {
   if (std::fabs(a.ux * b.ux + a.uy * b.uy) < options.min_cosine) return false;
-  *of_b = compare(a, b, options);
+  *of_b = compare(a, b, PieceEnds::both, options);
   if (!of_b->agrees) return false;
-  const Agreement of_a = compare(b, a, options);
-  if (!of_a.agrees) return false;
   const float low = a.lowest();
   const float high = a.highest();
+  // At the longer line's far end the shorter one, extrapolated, would say nothing.
+  const PieceEnds near = of_b->low > high ? PieceEnds::high : of_b->high < low ? PieceEnds::low : PieceEnds::both;
+  const Agreement of_a = compare(b, a, near, options);
+  if (!of_a.agrees) return false;
   if (opposite(a, b)) {
     const float overlap = std::min(high, of_b->high) - std::max(low, of_b->low);
     if (std::max(of_b->worst_px, of_a.worst_px) > kMaxOppositeDistancePx) return false;
@@ -101,11 +106,11 @@ bool belong_together(const EventCloud& cloud, const MergeOptions& options, const
   }
   const float gap = std::max(of_b->low - high, low - of_b->high);
   if (gap > options.max_gap_lengths * 0.5F * (high - low + of_b->high - of_b->low) + kGapMarginPx) return false;
-  if (gap <= kSmallGapPx) return true;
+  const float density = std::min(density_of(a), density_of(b));
+  if (gap <= std::max(kSmallGapPx, kSmallGapEvents / density)) return true;
   const bool after = of_b->low > high;
   const unsigned polarities = opposite(a, b) ? 3U : (a.polarities | b.polarities);
-  return is_gap_filled(cloud, options, a, polarities, after ? high : of_b->high, after ? of_b->low : low,
-                       std::min(density_of(a), density_of(b)));
+  return is_gap_filled(cloud, options, a, polarities, after ? high : of_b->high, after ? of_b->low : low, density);
 }
 
 /// First guess of the joined line: a least squares fit to points of both surfaces, weighted by their events.
@@ -130,6 +135,7 @@ bool join(const MovingLine& a, const MovingLine& b, const Agreement& of_b, const
   out->high[0] = out->high[1] = std::max(a.highest(), of_b.high);
   out->thickness_px = std::max(a.thickness_px, b.thickness_px);
   out->polarities = static_cast<std::uint8_t>(a.polarities | b.polarities);
+  out->events = a.events + b.events;
   return true;
 }
 
@@ -138,7 +144,6 @@ bool join(const MovingLine& a, const MovingLine& b, const Agreement& of_b, const
 std::size_t merge_lines(const EventCloud& cloud, const MergeOptions& options, const LineFitOptions& fit_options,
                         const LineWorkspace& workspace, Span<MovingLine> lines, std::size_t* count) {
   // A line that was joined to another has no events left.
-  const auto id = [](std::size_t i) { return static_cast<std::uint8_t>(i + 1); };
   std::size_t joined = 0;
   for (std::size_t i = 0; i < *count; ++i) {
     for (std::size_t k = 0; k < *count; ++k) {
@@ -148,7 +153,9 @@ std::size_t merge_lines(const EventCloud& cloud, const MergeOptions& options, co
       Agreement of_b;
       MovingLine whole;
       if (!belong_together(cloud, options, a, b, &of_b) || !join(a, b, of_b, fit_options.priors, &whole)) continue;
-      const FitClaim claim{id(i), {id(i), id(k)}, kJoinTolerance};
+      bool may_take[kMaxLines + 1] = {};
+      may_take[a.id] = may_take[b.id] = true;
+      const FitClaim claim{a.id, {may_take}, kJoinTolerance};
       if (fit_line(cloud, fit_options, workspace, claim, &whole) != FitOutcome::accepted) continue;
       a = whole;
       b.events = 0;

@@ -19,9 +19,7 @@ struct MergeOptions {
 
 /// Joins every pair of pieces whose surfaces agree at both their ends, begin and end, when the gap between them is
 /// filled with events (their own, or those of lines that cross there), and the fit of the whole is accepted.
-/// @param lines  [*count] owner i + 1 holds the events of lines[i]; joined ones are removed, order otherwise kept.
-/// Owners
-///               are stale afterwards.
+/// @param lines  [*count] joined ones are removed, order otherwise kept
 /// @return how many lines were joined to another
 /// Complexity O(lines^2) pairs, plus a fit for each join.
 std::size_t merge_lines(const EventCloud& cloud, const MergeOptions& options, const LineFitOptions& fit_options,

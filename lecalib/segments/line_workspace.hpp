@@ -15,16 +15,30 @@ inline constexpr float kHistogramBinPx = 2;
 /// The window's quarters: extents and evenness are judged over them.
 inline constexpr std::size_t kHistogramRows = 4;
 
+/// Events of a line that are looked at at once; of lines that have more, an even share is.
+inline constexpr std::size_t kMaxListedEvents = 8192;
+
 struct LineCapacities {
   std::size_t events = 0;
   std::uint16_t width = 0, height = 0;  ///< of the sensor, px
 };
 
+/// Which events a line may take.
+struct OwnerFilter {
+  /// [kMaxLines + 1] by owner; null: only free events.
+  const bool* may_take = nullptr;
+
+  [[nodiscard]] bool operator()(std::uint8_t owner) const noexcept {
+    return owner == 0 || (may_take != nullptr && may_take[owner]);
+  }
+};
+
 /// Memory that growing, fitting and merging share.
 struct LineWorkspace {
-  Span<std::uint8_t> owner;       ///< [events] 0: free, else 1 + index of the line that holds the event
-  Span<std::uint32_t> index;      ///< [events] events near the line at hand
-  Span<float> along;              ///< [events] their s, px
+  Span<std::uint8_t> owner;       ///< [events] 0: free, else the id of the line that holds the event
+  Span<float> along;              ///< [kMaxListedEvents, or events] the events near the line at hand: s, px
+  Span<float> across;             ///< [as along] d, px
+  Span<float> tau;                ///< [as along]
   Span<std::uint16_t> histogram;  ///< [kHistogramRows * bins] counts along the line at hand
   Span<std::uint16_t> patches;    ///< [bins]
 };
@@ -34,9 +48,10 @@ constexpr bool carve(Carver& carver, const LineCapacities& capacities, LineWorks
   // No straight line in the image is longer than width + height, and a little is read beyond its ends.
   const auto bins =
       static_cast<std::size_t>(capacities.width + capacities.height) / static_cast<std::size_t>(kHistogramBinPx) + 16;
-  return carver.carve(capacities.events, &out->owner) && carver.carve(capacities.events, &out->index) &&
-         carver.carve(capacities.events, &out->along) && carver.carve(kHistogramRows * bins, &out->histogram) &&
-         carver.carve(bins, &out->patches);
+  const std::size_t listed = capacities.events < kMaxListedEvents ? capacities.events : kMaxListedEvents;
+  return carver.carve(capacities.events, &out->owner) && carver.carve(listed, &out->along) &&
+         carver.carve(listed, &out->across) && carver.carve(listed, &out->tau) &&
+         carver.carve(kHistogramRows * bins, &out->histogram) && carver.carve(bins, &out->patches);
 }
 
 }  // namespace lecalib

@@ -27,6 +27,7 @@ struct MovingLine {
   float covariance[15] = {};  ///< of m: upper triangle by rows
   std::uint32_t events = 0;
   std::uint8_t polarities = 0;  ///< bit 0: OFF, bit 1: ON
+  std::uint8_t id = 0;          ///< owner of its events, see LineWorkspace
 
   /// d at s px along the line.
   [[nodiscard]] float offset(float s_px, float tau) const noexcept {

@@ -51,13 +51,13 @@ TEST_CASE("a line that leaves its chord is written in pieces along its bend") {
   LinesCsv csv;
   csv.add({1000, 6000, lines});
   CHECK(csv.num_lines() == 1);
-  // Half way the line lies 3 px below its chord.
+  // At 0.645 = sqrt(1.25 / 3) of its length the line lies 4 * 0.645 * 0.355 * 3 px = 2.746 px below its chord.
   CHECK(csv.text() ==
         "t_us,end,line,x1,y1,x2,y2,sigma_px,events,polarity\n"
-        "1000,begin,0,10.0000,20.0000,60.0000,23.0000,0.0500,160,-1\n"
-        "6000,end,0,11.5000,24.2500,61.5075,27.1250,0.2500,160,-1\n"
-        "1000,begin,1,60.0000,23.0000,110.0000,20.0000,0.0500,160,-1\n"
-        "6000,end,1,61.5075,27.1250,111.5000,24.0000,0.2500,160,-1\n");
+        "1000,begin,0,10.0000,20.0000,74.5497,22.7460,0.0500,207,-1\n"
+        "6000,end,0,11.5000,24.2500,76.0566,26.8346,0.2500,207,-1\n"
+        "1000,begin,1,74.5497,22.7460,110.0000,20.0000,0.0500,113,-1\n"
+        "6000,end,1,76.0566,26.8346,111.5000,24.0000,0.2500,113,-1\n");
 }
 
 TEST_CASE("a picture holds each pixel once and the bend of the lines") {

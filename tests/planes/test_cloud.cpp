@@ -63,14 +63,15 @@ TEST_CASE("cloud: every event stands in its own cell, with z = (t - begin) / c_z
       CHECK(static_cast<std::uint32_t>(f.cloud.x[i]) / kCloudCellPx == in_image % f.cloud.cols);
       CHECK(static_cast<std::uint32_t>(f.cloud.y[i]) / kCloudCellPx == in_image / f.cloud.cols);
       CHECK(f.cloud.is_on(i) == (cell >= f.cloud.cells()));
-      actual.push_back({f.cloud.is_on(i) ? 1.0F : 0.0F, f.cloud.x[i], f.cloud.y[i], f.cloud.z[i]});
+      const Point3 p = f.cloud.point(i);
+      actual.push_back({f.cloud.is_on(i) ? 1.0F : 0.0F, p.x, p.y, p.z});
     }
   }
   std::sort(expected.begin(), expected.end());
   std::sort(actual.begin(), actual.end());
   REQUIRE(actual.size() == expected.size());
   for (std::size_t i = 0; i < actual.size(); ++i) {
-    for (std::size_t k = 0; k < 4; ++k) CHECK(actual[i][k] == doctest::Approx(expected[i][k]).epsilon(1e-5));
+    for (std::size_t k = 0; k < 4; ++k) CHECK(actual[i][k] == doctest::Approx(expected[i][k]).epsilon(1e-4));  // a time unit is 1.5e-5 of the window
   }
 }
 
@@ -83,7 +84,7 @@ TEST_CASE("cloud: automatic c_z makes every window equally deep") {
     Fixture f(events.size());
     REQUIRE(build_cloud(window_of(scene, events), f.options, f.workspace, &f.cloud, &f.stats) == Status::ok);
     CHECK(f.cloud.depth_px == doctest::Approx(static_cast<double>(f.options.auto_depth_px)));
-    CHECK(*std::max_element(f.cloud.z.begin(), f.cloud.z.end()) <= f.cloud.depth_px);
+    for (std::size_t i = 0; i < f.cloud.size(); ++i) CHECK(f.cloud.z(i) <= f.cloud.depth_px);
   }
 }
 
@@ -99,7 +100,7 @@ TEST_CASE("cloud: a window beyond the capacity is thinned evenly in time and cou
     CHECK(double{f.cloud.kept_share} ==
           doctest::Approx(static_cast<double>(capacity) / static_cast<double>(events.size())));
     const auto early =
-        std::count_if(f.cloud.z.begin(), f.cloud.z.end(), [&](float z) { return z < 0.5F * f.cloud.depth_px; });
+        std::count_if(f.cloud.t.begin(), f.cloud.t.end(), [](std::uint16_t t) { return t < kCloudTicks / 2; });
     if (capacity > 1)
       CHECK(static_cast<double>(early) / static_cast<double>(capacity) == doctest::Approx(0.5).epsilon(0.02));
   }
@@ -113,8 +114,9 @@ TEST_CASE("cloud: events outside of the sensor are dropped and counted, early on
   CHECK(f.stats.outside_sensor == 2);
   REQUIRE(f.cloud.size() == 2);
   CHECK(f.cloud.x[0] == 345);
-  CHECK(f.cloud.z[0] == doctest::Approx(0.5 * static_cast<double>(f.cloud.depth_px)));
-  CHECK(f.cloud.z[1] == 0);
+  CHECK(f.cloud.z(0) == doctest::Approx(0.5 * static_cast<double>(f.cloud.depth_px)).epsilon(1e-4));
+  CHECK(f.cloud.tau(0) == doctest::Approx(0).epsilon(1e-4));
+  CHECK(f.cloud.z(1) == 0);
   CHECK(f.cloud.is_on(1));
 }
 

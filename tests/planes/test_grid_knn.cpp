@@ -20,7 +20,7 @@ std::vector<float> brute_force(const EventCloud& cloud, bool on, const Point3& q
     if (cloud.is_on(i) != on) continue;
     const float dx = cloud.x[i] - q.x;
     const float dy = cloud.y[i] - q.y;
-    const float dz = cloud.z[i] - q.z;
+    const float dz = cloud.z(i) - q.z;
     const float d2 = dx * dx + dy * dy + dz * dz;
     if (d2 <= radius * radius) distances.push_back(d2);
   }
@@ -68,7 +68,7 @@ TEST_CASE("grid knn: an event finds itself, and none is named twice") {
   const CloudOf scene = noise_cloud(500, 3);
   std::vector<Neighbour> out(20);
   for (std::uint32_t i = 0; i < scene.cloud.size(); i += 17) {
-    const Point3 query{scene.cloud.x[i], scene.cloud.y[i], scene.cloud.z[i]};
+    const Point3 query = scene.cloud.point(i);
     const std::size_t found = find_nearest(scene.cloud, scene.cloud.is_on(i) ? 1 : 0, query, 50, out);
     REQUIRE(found == out.size());
     CHECK(out[0].distance2 == 0);
@@ -111,7 +111,7 @@ TEST_CASE(
     for (std::size_t i = 0; i < n; ++i) {
       const float dx = cloud.x[out[i]] - query.x;
       const float dy = cloud.y[out[i]] - query.y;
-      const float dz = cloud.z[out[i]] - query.z;
+      const float dz = cloud.z(out[i]) - query.z;
       d2 = std::max(d2, dx * dx + dy * dy + dz * dz);
     }
     return d2;

@@ -9,6 +9,7 @@
 #include "lecalib/segments/line_fit.hpp"
 #include "lecalib/segments/line_growth.hpp"
 #include "lecalib/segments/line_merge.hpp"
+#include "lecalib/segments/line_shape.hpp"
 #include "support/cloud_of.hpp"
 #include "support/guarded_arena.hpp"
 
@@ -46,8 +47,13 @@ MovingLine guess_of(const MovingEdge& edge, float from, float to) {
 }
 
 FitOutcome grow_and_fit(const EventCloud& cloud, const Workspace& memory, MovingLine* line, std::uint8_t id = 1) {
-  if (!grow_line(cloud, GrowthOptions{}, LinePriors{}, memory.workspace, line)) return FitOutcome::too_few_events;
-  return fit_line(cloud, LineFitOptions{}, memory.workspace, FitClaim{id, {0, 0}, 1}, line);
+  if (!grow_line(cloud, GrowthOptions{}, LinePriors{}, memory.workspace, {}, line)) return FitOutcome::too_few_events;
+  return fit_line(cloud, LineFitOptions{}, memory.workspace, FitClaim{id, {}, 1}, line);
+}
+
+EventLine shape(const EventCloud& cloud, const Workspace& memory, const MovingLine& line,
+                const LineShapeOptions& options = {}) {
+  return shape_line(cloud, options, LinePriors{}, memory.workspace, line, {}, nullptr);
 }
 
 }  // namespace
@@ -125,7 +131,7 @@ TEST_CASE("fit: a line that turns and moves is found from its middle third, to i
   Workspace memory(events.cloud);
   MovingLine line = guess_of(edge, 0.33F, 0.67F);
   REQUIRE(grow_and_fit(events.cloud, memory, &line) == FitOutcome::accepted);
-  const EventLine found = to_event_line(events.cloud, line, LineFitOptions{});
+  const EventLine found = shape(events.cloud, memory, line);
   CHECK(distance_between(found.begin, edge.begin) < 0.25);
   CHECK(distance_between(found.end, edge.end) < 0.25);
   CHECK(std::hypot(found.begin.x1 - edge.begin.x1, found.begin.y1 - edge.begin.y1) < 6);
@@ -139,7 +145,7 @@ TEST_CASE("fit: a line that turns and moves is found from its middle third, to i
 TEST_CASE("fit: the error is as large as sigma says") {
   SceneOptions scene;
   const MovingEdge edge{{60, 60, 240, 180}, {64, 55, 244, 175}, 1};
-  LineFitOptions options;
+  LineShapeOptions options;
   options.systematic_px = 0;  // the simulated edge has no common delay
   options.systematic_sparse_px2 = 0;
   double sum = 0;
@@ -149,7 +155,7 @@ TEST_CASE("fit: the error is as large as sigma says") {
     Workspace memory(events.cloud);
     MovingLine line = guess_of(edge, 0.1F, 0.9F);
     REQUIRE(grow_and_fit(events.cloud, memory, &line) == FitOutcome::accepted);
-    const EventLine found = to_event_line(events.cloud, line, options);
+    const EventLine found = shape(events.cloud, memory, line, options);
     const double error = distance_between(found.begin, edge.begin);
     REQUIRE(error >= 0);
     sum += error * error / (double{found.sigma_begin_px} * double{found.sigma_begin_px});
@@ -169,7 +175,7 @@ TEST_CASE("fit: the bend of a curved line is measured and its sign is that of th
   Workspace memory(events.cloud);
   MovingLine line = guess_of({{140, 100, 200, 100}, {140, 104, 200, 104}, 1}, 0, 1);
   REQUIRE(grow_and_fit(events.cloud, memory, &line) == FitOutcome::accepted);
-  const EventLine found = to_event_line(events.cloud, line, LineFitOptions{});
+  const EventLine found = shape(events.cloud, memory, line);
   CHECK(line.length() > 180);
   // The chord runs to the right, its normal points down; the curve's middle lies above.
   CHECK(double{found.bend_px} == doctest::Approx(-4.5).epsilon(0.1));
@@ -181,7 +187,7 @@ TEST_CASE("fit: what is no line is refused, with the reason") {
     const CloudOf events(scene, list);
     Workspace memory(events.cloud);
     MovingLine line = guess_of(guess, 0, 1);
-    const FitOutcome result = fit_line(events.cloud, LineFitOptions{}, memory.workspace, FitClaim{1, {0, 0}, 1}, &line);
+    const FitOutcome result = fit_line(events.cloud, LineFitOptions{}, memory.workspace, FitClaim{1, {}, 1}, &line);
     for (const std::uint8_t owner : memory.workspace.owner) CHECK((owner == 0 || result == FitOutcome::accepted));
     return result;
   };
@@ -222,7 +228,7 @@ TEST_CASE("merge: pieces of one line are joined, neighbours and rows with a gap 
     std::vector<MovingLine> lines;
     for (MovingLine line : guesses) {
       const auto id = static_cast<std::uint8_t>(lines.size() + 1);
-      const FitClaim claim{id, {0, 0}, 1};
+      const FitClaim claim{id, {}, 1};
       REQUIRE(fit_line(events.cloud, LineFitOptions{}, memory.workspace, claim, &line) == FitOutcome::accepted);
       lines.push_back(line);
     }

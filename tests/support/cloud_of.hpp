@@ -16,12 +16,12 @@ class CloudOf {
   CloudOf(const SceneOptions& scene, const std::vector<Event>& events)
       : x_(events.size() + 1),
         y_(events.size() + 1),
-        z_(events.size() + 1),
+        t_(events.size() + 1),
         cell_start_(2 * cloud_cells(scene.width, scene.height) + 1) {
     CloudOptions options;
     options.width = scene.width;
     options.height = scene.height;
-    const CloudWorkspace workspace{x_, y_, z_, cell_start_};
+    const CloudWorkspace workspace{x_, y_, t_, cell_start_};
     REQUIRE(build_cloud(window_of(scene, events), options, workspace, &cloud, nullptr) == Status::ok);
   }
   CloudOf(const CloudOf&) = delete;
@@ -30,7 +30,7 @@ class CloudOf {
   EventCloud cloud;
 
  private:
-  std::vector<float> x_, y_, z_;
+  std::vector<std::uint16_t> x_, y_, t_;
   std::vector<std::uint32_t> cell_start_;
 };
 

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+/// How much events say against chance. Counts of accidental events follow Poisson's distribution; Chernoff's bound on
+/// its tails needs a logarithm and no sum.
+#pragma once
+
+namespace lecalib {
+
+/// Natural logarithm, the same bits on every target; absolute error below 3e-7 for x near 1, relative below 1e-6.
+/// @param x > 0, finite and not subnormal; anything else gives the logarithm of the smallest normal number
+float natural_log(float x);
+
+/// Minus the logarithm of a bound on the probability that chance puts at least `events` where it puts `expected` on
+/// average, nats; 0 when there are no more than expected.
+/// @param expected  >= 0; below 0.1 it counts as 0.1: nothing is known to be so free of noise
+float evidence_against_chance(float events, float expected);
+
+}  // namespace lecalib

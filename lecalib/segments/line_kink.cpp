@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/segments/line_kink.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lecalib {
+namespace {
+
+constexpr float kColumnPx = 12;
+constexpr int kMinColumns = 8;
+constexpr int kSmoothTerms = 5;  // 1, u, ..., u^4
+constexpr int kMargin = 2;       // columns at either end where a hinge could follow a single column
+
+}  // namespace
+
+KinkFinder::KinkFinder(float low_px, float high_px) noexcept : low_px_(low_px) {
+  const float length = high_px - low_px;
+  count_ = std::clamp(static_cast<int>(length / kColumnPx), 0, kMaxColumns);
+  if (count_ < kMinColumns) count_ = 0;
+  columns_per_px_ = count_ > 0 ? static_cast<float>(count_) / length : 0;
+}
+
+/// From -1 to 1.
+float KinkFinder::unit_position(int column) const noexcept {
+  return (static_cast<float>(2 * column + 1) - static_cast<float>(count_)) / static_cast<float>(count_);
+}
+
+float KinkFinder::dot(const float* a, const float* b) const noexcept {
+  float sum = 0;
+  for (int i = 0; i < count_; ++i) sum += weight_[i] * a[i] * b[i];
+  return sum;
+}
+
+/// Takes the part along the unit vector out of `v`.
+void KinkFinder::remove(const float* unit, float* v) const noexcept {
+  const float part = dot(unit, v);
+  for (int i = 0; i < count_; ++i) v[i] -= part * unit[i];
+}
+
+/// Makes the smooth terms orthonormal under the columns' weights and takes them out of the means.
+bool KinkFinder::remove_smooth_part(float (*smooth)[kMaxColumns], int terms) noexcept {
+  for (int term = 0; term < terms; ++term) {
+    float* const v = smooth[term];
+    for (int i = 0; i < count_; ++i) v[i] = term == 0 ? 1 : smooth[term - 1][i] * unit_position(i);
+    for (int earlier = 0; earlier < term; ++earlier) remove(smooth[earlier], v);
+    const float square = dot(v, v);
+    if (!(square > 0)) return false;
+    const float scale = 1 / std::sqrt(square);
+    for (int i = 0; i < count_; ++i) v[i] *= scale;
+    remove(v, mean_);
+  }
+  return true;
+}
+
+bool KinkFinder::find(const KinkOptions& options, float variance, float* at_px) noexcept {
+  if (count_ == 0) return false;
+  for (int i = 0; i < count_; ++i) {
+    if (weight_[i] > 0) mean_[i] /= weight_[i];
+  }
+  float smooth[kSmoothTerms][kMaxColumns];
+  if (!remove_smooth_part(smooth, kSmoothTerms)) return false;
+  const float unexplained = dot(mean_, mean_);
+
+  float best = 0;
+  float best_slope = 0;
+  int best_column = 0;
+  for (int at = kMargin; at < count_ - kMargin; ++at) {
+    float hinge[kMaxColumns];
+    for (int i = 0; i < count_; ++i) hinge[i] = i > at ? unit_position(i) - unit_position(at) : 0;
+    for (const auto& v : smooth) remove(v, hinge);
+    const float square = dot(hinge, hinge);
+    if (!(square > 0)) continue;
+    const float slope = dot(hinge, mean_) / square;
+    if (slope * slope * square <= best) continue;
+    best = slope * slope * square;
+    best_slope = slope;
+    best_column = at;
+  }
+  const float angle = std::fabs(best_slope) * 2 * columns_per_px_ / static_cast<float>(count_);
+  if (best < options.min_share * unexplained || angle < options.min_angle || best < options.min_evidence * variance) {
+    return false;
+  }
+  *at_px = low_px_ + (static_cast<float>(best_column) + 0.5F) / columns_per_px_;
+  return true;
+}
+
+}  // namespace lecalib

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/segments/shape_equations.hpp"
+
+#include <cmath>
+
+namespace lecalib {
+namespace {
+
+constexpr int kN = kNumShapeTerms;
+
+void terms_at(float u, float tau, float* row) {
+  row[0] = 1;
+  row[1] = u;
+  row[2] = tau;
+  row[3] = u * tau;
+  row[4] = u * u;
+  row[5] = tau * tau;
+  row[6] = row[1] * row[5];
+  row[7] = row[4] * tau;
+  row[8] = row[4] * u;
+  row[9] = row[4] * row[4];
+}
+
+}  // namespace
+
+ShapeEquations::ShapeEquations(float variance) noexcept {
+  constexpr float kUnknown = 1e6F;  // of the terms that nothing is known of: 1 / (px of sigma)
+  for (int i = 0; i < kN; ++i) a_[i][i] = kUnknown;
+  a_[0][0] = 1 / std::sqrt(variance);
+}
+
+void ShapeEquations::add(float u, float tau, float weight, float residual) noexcept {
+  float row[kN];
+  terms_at(u, tau, row);
+  for (int i = 0; i < kN; ++i) {
+    const float w = weight * row[i];
+    for (int j = 0; j <= i; ++j) a_[i][j] += w * row[j];
+    b_[i] += w * residual;
+  }
+}
+
+void ShapeEquations::add_prior(int term, float sigma, float value) noexcept {
+  const float weight = 1 / (sigma * sigma);
+  a_[term][term] += weight;
+  b_[term] -= weight * value;
+}
+
+bool ShapeEquations::solve(float* change) noexcept {
+  constexpr float kMinPivot = 1e-9F;
+  for (int i = 0; i < kN; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      float v = a_[i][j];
+      for (int k = 0; k < j; ++k) v -= a_[i][k] * a_[j][k];
+      if (j < i) {
+        a_[i][j] = v / a_[j][j];
+      } else if (v > kMinPivot) {
+        a_[i][i] = std::sqrt(v);
+      } else {
+        return false;
+      }
+    }
+  }
+  float x[kN];
+  for (int i = 0; i < kN; ++i) {
+    x[i] = b_[i];
+    for (int k = 0; k < i; ++k) x[i] -= a_[i][k] * x[k];
+    x[i] /= a_[i][i];
+  }
+  for (int i = kN - 1; i >= 0; --i) {
+    for (int k = i + 1; k < kN; ++k) x[i] -= a_[k][i] * x[k];
+    x[i] /= a_[i][i];
+  }
+  for (int i = 0; i < kN; ++i) change[i] = x[i];
+  return true;
+}
+
+float ShapeEquations::variance(float u, float tau) const noexcept {
+  float v[kN];
+  terms_at(u, tau, v);
+  float sum = 0;
+  for (int i = 0; i < kN; ++i) {
+    for (int k = 0; k < i; ++k) v[i] -= a_[i][k] * v[k];
+    v[i] /= a_[i][i];
+    sum += v[i] * v[i];
+  }
+  return sum;
+}
+
+}  // namespace lecalib
