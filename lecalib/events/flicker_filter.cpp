@@ -119,7 +119,8 @@ void FlickerFilter::end_period(std::size_t light, std::uint8_t min_periods) noex
       const unsigned out = slots_that_stand_out(block.counts[polarity]);
       unsigned flickers = 0;
       for (std::size_t slot = 0; slot < kFlickerSlots; ++slot) {
-        history[slot] = static_cast<std::uint8_t>((history[slot] << 1U) | (out >> slot & 1U));
+        const unsigned past = history[slot];
+        history[slot] = static_cast<std::uint8_t>(past << 1U | (out >> slot & 1U));
         block.counts[polarity][slot] = 0;
         if (bits_set(history[slot]) >= min_periods) flickers |= 7U << slot;  // shifted by one
       }

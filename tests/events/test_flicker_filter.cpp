@@ -154,7 +154,7 @@ TEST_CASE("flicker: a checkerboard that sweeps past at the mains' rate stays") {
       for (std::uint16_t x = 0; x < kWidth; ++x) {
         for (int half = 0; half < 100; ++half) {
           const int row = y / (period_px / 2) % 2;
-          const auto t_us = static_cast<std::int64_t>(half * 5000 + x * 10'000 / period_px + rng.below(300));
+          const auto t_us = std::int64_t{half} * 5000 + x * 10'000 / period_px + rng.below(300);
           events.push_back({t_us, x, y, static_cast<std::uint8_t>((half + row) % 2)});
         }
       }
@@ -174,7 +174,7 @@ TEST_CASE("flicker: edges that vibrate with the mains stay") {
       for (int half = 0; half < 200; ++half) {  // over two pixels to and fro
         for (const int step : {0, 1}) {
           const int x = 40 + (is_slanted ? y / 3 : 0) + (half % 2 == 0 ? step : 1 - step);
-          const auto t_us = static_cast<std::int64_t>(half * 5000 + step * 2000 + rng.below(500));
+          const auto t_us = std::int64_t{half} * 5000 + step * 2000 + rng.below(500);
           events.push_back({t_us, static_cast<std::uint16_t>(x), y, static_cast<std::uint8_t>(half % 2)});
         }
       }
