@@ -109,12 +109,12 @@ Share share_of(const std::vector<Event>& events, const std::vector<Event>& kept,
 
 TEST_CASE("flicker: of a lamp on the mains 95 % go, of an edge that moves beside it nothing") {
   for (const double hz : {100.0, 120.0, 99.6, 120.5}) {
-    for (const std::uint32_t window_us : {1000U, 12'000U, 100'000U}) {
+    for (const std::uint32_t window_us : {1000U, 100'000U}) {
       Rng rng(5);
       std::vector<Event> events;
-      add_lamp(&rng, hz, 3'000'000, 20, 5, 60, 40, 20, &events);
-      for (int pass = 0; pass < 20; ++pass) {
-        add_edge(&rng, 150'000 * pass, 500 + 60 * pass, static_cast<std::uint8_t>(pass % 2), 45, 70, &events);
+      add_lamp(&rng, hz, 2'400'000, 20, 5, 45, 25, 20, &events);
+      for (int pass = 0; pass < 12; ++pass) {
+        add_edge(&rng, 190'000 * pass, 500 + 60 * pass, static_cast<std::uint8_t>(pass % 2), 45, 70, &events);
       }
       std::stable_sort(events.begin(), events.end(), is_earlier);
       const std::vector<Event> kept = Filter().run(events, window_us);
@@ -131,9 +131,9 @@ TEST_CASE("flicker: of a lamp on the mains 95 % go, of an edge that moves beside
 TEST_CASE("flicker: an edge that crosses a lamp keeps two thirds of its events") {
   Rng rng(6);
   std::vector<Event> lamp;
-  add_lamp(&rng, 100, 3'000'000, 20, 5, 60, 40, 20, &lamp);
+  add_lamp(&rng, 100, 2'000'000, 20, 5, 60, 40, 20, &lamp);
   std::vector<Event> edge;
-  for (int pass = 3; pass < 20; ++pass) {
+  for (int pass = 2; pass < 12; ++pass) {
     add_edge(&rng, 150'000 * pass + 777 * pass, 500 + 60 * pass, static_cast<std::uint8_t>(pass % 2), 5, 40, &edge);
   }
   std::vector<Event> events = lamp;
@@ -152,7 +152,7 @@ TEST_CASE("flicker: a checkerboard that sweeps past at the mains' rate stays") {
     std::vector<Event> events;
     for (std::uint16_t y = 0; y < kHeight; ++y) {
       for (std::uint16_t x = 0; x < kWidth; ++x) {
-        for (int half = 0; half < 100; ++half) {
+        for (int half = 0; half < 60; ++half) {
           const int row = y / (period_px / 2) % 2;
           const auto t_us = std::int64_t{half} * 5000 + x * 10'000 / period_px + rng.below(300);
           events.push_back({t_us, x, y, static_cast<std::uint8_t>((half + row) % 2)});
@@ -188,15 +188,15 @@ TEST_CASE("flicker: what flickers at other rates, and noise, stay") {
   for (const double hz : {30.0, 60.0, 85.0, 144.0}) {
     Rng rng(9);
     std::vector<Event> events;
-    add_lamp(&rng, hz, 1'000'000, 20, 5, 60, 40, 20, &events);
+    add_lamp(&rng, hz, 500'000, 20, 5, 45, 25, 20, &events);
     std::stable_sort(events.begin(), events.end(), is_earlier);
     CAPTURE(hz);
     CHECK(Filter().run(events, 9000).size() > events.size() * 95 / 100);
   }
   Rng rng(10);
   std::vector<Event> events;
-  for (int i = 0; i < 400'000; ++i) {  // 36 Hz per pixel
-    const auto t_us = static_cast<std::int64_t>(rng.below(2'000'000));
+  for (int i = 0; i < 200'000; ++i) {  // 36 Hz per pixel
+    const auto t_us = static_cast<std::int64_t>(rng.below(1'000'000));
     const auto x = static_cast<std::uint16_t>(rng.below(kWidth));
     const auto y = static_cast<std::uint16_t>(rng.below(kHeight));
     events.push_back({t_us, x, y, static_cast<std::uint8_t>(rng.below(2))});
@@ -254,8 +254,14 @@ class Oracle {
     const auto found = counts_.find(at);
     return found == counts_.end() ? 0 : std::min(found->second, 255);
   }
-  [[nodiscard]] bool stood_out(int light, const Event& event, std::int64_t slot) const {
+  /// Of a period that is over.
+  bool stood_out(int light, const Event& event, std::int64_t slot) {
     if (slot < 0) return false;
+    const auto known = stood_out_.find(key(light, event, slot));
+    if (known != stood_out_.end()) return known->second;
+    return stood_out_[key(light, event, slot)] = judge(light, event, slot);
+  }
+  [[nodiscard]] bool judge(int light, const Event& event, std::int64_t slot) const {
     const auto count_at = [&](std::int64_t i) {
       return static_cast<double>(count(key(light, event, slot / 16 * 16 + (i + 32) % 16)));
     };
@@ -279,17 +285,18 @@ class Oracle {
 
   std::int64_t start_us_;
   std::map<Key, int> counts_;
+  std::map<Key, bool> stood_out_;
   std::map<std::pair<int, int>, std::pair<std::int64_t, bool>> fired_;
 };
 
 TEST_CASE("flicker: random events and lamps go as brute force says") {
-  for (const std::uint64_t seed : {11U, 12U, 13U}) {
+  for (const std::uint64_t seed : {11U, 12U}) {
     Rng rng(seed);
     std::vector<Event> events;
-    add_lamp(&rng, 100, 400'000, 0, 0, 30, 20, 3, &events);
-    add_lamp(&rng, 120, 500'000, 50, 40, 80, 70, 2, &events);
+    add_lamp(&rng, 100, 400'000, 0, 0, 20, 15, 3, &events);
+    add_lamp(&rng, 120, 500'000, 60, 50, 80, 70, 2, &events);
     add_edge(&rng, 90'000, 2000, 1, 10, 50, &events);
-    for (int i = 0; i < 20'000; ++i) {
+    for (int i = 0; i < 10'000; ++i) {
       const auto t_us = static_cast<std::int64_t>(rng.below(500'000));
       const auto x = static_cast<std::uint16_t>(rng.below(kWidth));
       const auto y = static_cast<std::uint16_t>(rng.below(kHeight));

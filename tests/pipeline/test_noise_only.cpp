@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint16_t kWidth = 346;
 constexpr std::uint16_t kHeight = 260;
 
-/// Background activity of a DAVIS: every pixel fires at random, 5 times a second, in either polarity.
+/// Background activity of a noisy DAVIS: every pixel fires at random, 5 times a second, in either polarity.
 std::vector<Event> noise(std::int64_t duration_us, std::uint64_t seed) {
   constexpr std::int64_t kRateHz = 5;
   Rng rng(seed);
@@ -61,8 +61,8 @@ TEST_CASE("noise only: background activity makes fewer than one line per second"
   for (const std::int64_t window_us : {5'000, 10'000, 20'000, 50'000, 100'000}) {
     CAPTURE(window_us);
     const auto seed = static_cast<std::uint64_t>(window_us);
-    CHECK(count_lines(noise(3'000'000, seed), window_us, DetectorKind::fast) < 3);
-    CHECK(count_lines(noise(1'000'000, seed), window_us, DetectorKind::reference) < 1);
+    CHECK(count_lines(noise(1'000'000, seed), window_us, DetectorKind::fast) < 1);
+    CHECK(count_lines(noise(200'000, seed), window_us, DetectorKind::reference) < 1);
   }
 }
 
