@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "lecalib/core/arena.hpp"
 #include "lecalib/events/noise_filter.hpp"
 #include "lecalib/events/window_builder.hpp"
 
@@ -18,19 +19,19 @@ void check(bool condition) {
   if (!condition) std::abort();
 }
 
-std::size_t filter(const EventWindow& window, std::uint8_t option, Span<Event> storage) {
-  static std::uint8_t pixels[(kWidth + 2) * (kHeight + 2)];
-  NoiseFilterWorkspace workspace{pixels};
+std::size_t filter(const EventWindow& window, std::uint8_t option, NoiseFilterWorkspace* workspace,
+                   Span<Event> storage) {
   NoiseFilterOptions options;
   options.width = kWidth;
   options.height = kHeight;
+  options.flicker_periods = option % 9;
   options.hot_min_events = option % 4;
   options.min_neighbours = option / 4 % 4;
   options.refractory_us = option / 16;
   NoiseFilterStats stats;
   EventWindow filtered;
-  check(filter_noise(window, options, &workspace, storage, &filtered, &stats) == Status::ok);
-  check(stats.events == stats.kept + stats.outside + stats.hot + stats.refractory + stats.isolated);
+  check(filter_noise(window, options, workspace, storage, &filtered, &stats) == Status::ok);
+  check(stats.events == stats.kept + stats.outside + stats.flicker + stats.hot + stats.refractory + stats.isolated);
   return filtered.events.size();
 }
 
@@ -39,6 +40,10 @@ std::size_t filter(const EventWindow& window, std::uint8_t option, Span<Event> s
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 4) return 0;
   Event storage[10];
+  alignas(kArenaAlign) static std::byte bytes[1024];
+  Arena arena({bytes, sizeof bytes});
+  NoiseFilterWorkspace workspace;
+  check(carve(arena, NoiseFilterCapacities{kWidth, kHeight}, &workspace));
   WindowBuilder builder;
   WindowOptions options;
   options.length_us = data[0];
@@ -52,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto take = [&] {
     check(window.begin_us <= window.end_us && window.events.size() <= 10);
     handed_out += window.events.size();
-    check(filter(window, data[3], storage) <= window.events.size());
+    check(filter(window, data[3], &workspace, storage) <= window.events.size());
   };
   for (std::size_t at = 4; at + 16 <= size; at += 16) {
     Event event{};

@@ -47,6 +47,7 @@ std::string detect_stats_json(const host::EventFile& file, const WindowSource& w
   json.member("thinned", cut.thinned);
   json.member("hot", totals.noise.hot);
   json.member("refractory", totals.noise.refractory);
+  json.member("flicker", totals.noise.flicker);
   json.member("isolated", totals.noise.isolated);
   json.member("guesses", totals.guesses_dropped);
   json.member("lines", totals.lines_dropped);

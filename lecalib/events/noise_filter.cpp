@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// Each filter is one or two walks over the events with one byte per pixel beside them: a count, or a time in ticks of
-/// 1/254 of the window.
+/// Each filter but that of flicker is one or two walks over the events with one byte per pixel beside them: a count, or
+/// a time in ticks of 1/254 of the window.
 #include "lecalib/events/noise_filter.hpp"
 
 namespace lecalib {
@@ -143,9 +143,13 @@ Status filter_noise(const EventWindow& window, const NoiseFilterOptions& options
   if (options.width == 0 || options.height == 0 || options.hot_ratio == 0) return Status::invalid_argument;
   if (options.refractory_us < 0 || options.support_us < 0 || options.min_neighbours > 8)
     return Status::invalid_argument;
+  if (options.flicker_periods > 8) return Status::invalid_argument;
   if (window.end_us < window.begin_us) return Status::invalid_argument;
   if (out.size() < window.events.size()) return Status::buffer_too_small;
   if (workspace->pixels.size() < (options.width + std::size_t{2}) * (options.height + std::size_t{2})) {
+    return Status::buffer_too_small;
+  }
+  if (options.flicker_periods > 0 && !workspace->flicker.holds(options.width, options.height)) {
     return Status::buffer_too_small;
   }
   PixelMap map(workspace->pixels, options.width, options.height);
@@ -156,6 +160,11 @@ Status filter_noise(const EventWindow& window, const NoiseFilterOptions& options
                              [&](const Event& event) { return event.x < options.width && event.y < options.height; });
   stats->events += before;
   stats->outside += before - kept;
+  if (options.flicker_periods > 0) {
+    before = kept;
+    kept = workspace->flicker.drop(out.first(kept), options.flicker_periods);
+    stats->flicker += before - kept;
+  }
   if (options.hot_min_events > 0) {
     before = kept;
     kept = drop_hot(out.first(kept), options, &map);

@@ -30,7 +30,7 @@ Segment part_of(const EventLine& line, bool at_end, double from, double to) {
 /// square of its length.
 double longest_part(const EventLine& line) {
   const double bend = std::fabs(static_cast<double>(line.bend_px));
-  return bend > double{kMaxRowBendPx} ? std::sqrt(double{kMaxRowBendPx} / bend) : 1;
+  return bend > static_cast<double>(kMaxRowBendPx) ? std::sqrt(static_cast<double>(kMaxRowBendPx) / bend) : 1;
 }
 
 double first_part(const EventLine& line, double longest) {

@@ -26,6 +26,7 @@ NoiseFilterOptions no_filter() {
   NoiseFilterOptions options;
   options.width = kWidth;
   options.height = kHeight;
+  options.flicker_periods = 0;
   options.hot_min_events = 0;
   options.min_neighbours = 0;
   return options;
@@ -55,7 +56,7 @@ Filtered filter(std::vector<Event> events, const NoiseFilterOptions& options, st
   CHECK(window.end_us == begin_us + kLength_us);
   filtered.events.assign(window.events.begin(), window.events.end());
   const NoiseFilterStats& stats = filtered.stats;
-  CHECK(stats.events == stats.kept + stats.outside + stats.hot + stats.refractory + stats.isolated);
+  CHECK(stats.events == stats.kept + stats.outside + stats.flicker + stats.hot + stats.refractory + stats.isolated);
   CHECK(stats.kept == filtered.events.size());
   return filtered;
 }
@@ -102,6 +103,119 @@ TEST_CASE("noise: within the refractory time a pixel's next events go") {
   CHECK(filtered.stats.refractory == 3);
 }
 
+/// Random events amid ticks of 100 us, so that rounding to ticks moves no difference over a limit.
+std::vector<Event> random_window(Rng* rng, std::size_t count, std::uint32_t max_step_us, std::int64_t begin_us,
+                                 std::uint16_t width, std::uint16_t height) {
+  std::vector<Event> events = random_events(rng, count, begin_us, max_step_us, width, height);
+  while (events.back().t_us >= begin_us + kLength_us) events.pop_back();
+  for (Event& event : events) event.t_us = begin_us + (event.t_us - begin_us) / 100 * 100 + 50;
+  return events;
+}
+
+TEST_CASE("noise: hot pixels go as brute force says") {
+  Rng rng(7);
+  for (const std::uint8_t min_events : {std::uint8_t{2}, std::uint8_t{5}, std::uint8_t{255}}) {
+    for (const std::uint8_t ratio : {std::uint8_t{1}, std::uint8_t{3}}) {
+      NoiseFilterOptions options = no_filter();
+      options.hot_min_events = min_events;
+      options.hot_ratio = ratio;
+      std::vector<Event> events = random_window(&rng, 1500, 30, -900, 12, 9);
+      for (std::size_t i = 0; i < 300; ++i) events.push_back(Event{20'000, 11, static_cast<std::uint16_t>(i % 2), 1});
+      const auto count_at = [&](int x, int y) {
+        return std::min<std::ptrdiff_t>(
+            255, std::count_if(events.begin(), events.end(), [&](const Event& e) { return e.x == x && e.y == y; }));
+      };
+      std::vector<Event> expected;
+      for (const Event& event : events) {
+        std::ptrdiff_t busiest = 0;
+        for (int dy = -1; dy <= 1; ++dy) {
+          for (int dx = -1; dx <= 1; ++dx) {
+            if (dx != 0 || dy != 0) busiest = std::max(busiest, count_at(event.x + dx, event.y + dy));
+          }
+        }
+        const std::ptrdiff_t count = count_at(event.x, event.y);
+        if (count < min_events || count <= ratio * busiest) expected.push_back(event);
+      }
+      const Filtered filtered = filter(events, options, -900);
+      CHECK(filtered.events == expected);
+      CHECK(filtered.stats.hot == events.size() - expected.size());
+    }
+  }
+}
+
+TEST_CASE("noise: events within the refractory time go as brute force says") {
+  Rng rng(8);
+  for (const std::int64_t refractory_us : {1, 100, 700, 5000, 25'400}) {
+    NoiseFilterOptions options = no_filter();
+    options.refractory_us = refractory_us;
+    const std::vector<Event> events = random_window(&rng, 2000, 25, 777, 10, 8);
+    // An option below a tick counts as one, and so do differences.
+    const std::int64_t limit_us = std::max<std::int64_t>(refractory_us, 100);
+    std::vector<Event> expected;
+    for (const Event& event : events) {
+      const bool is_late = std::none_of(expected.begin(), expected.end(), [&](const Event& e) {
+        return e.x == event.x && e.y == event.y && event.t_us - e.t_us < limit_us;
+      });
+      if (is_late) expected.push_back(event);
+    }
+    CAPTURE(refractory_us);
+    const Filtered filtered = filter(events, options, 777);
+    CHECK(filtered.events == expected);
+    CHECK(filtered.stats.refractory == events.size() - expected.size());
+  }
+}
+
+TEST_CASE("noise: the refractory time holds from the window's first event to its last, and ends with it") {
+  NoiseFilterOptions options = no_filter();
+  options.refractory_us = kLength_us;
+  const std::vector<Event> events{{-50, 3, 3, 1}, {0, 4, 3, 1}, {kLength_us - 1, 3, 3, 0}, {kLength_us - 1, 4, 3, 0}};
+  CHECK(filter(events, options).events == std::vector<Event>{events[0], events[1]});
+  // In the next window the same pixels may fire at once.
+  const std::vector<Event> next{{kLength_us, 3, 3, 1}, {kLength_us, 3, 3, 1}, {2 * kLength_us - 1, 3, 3, 1}};
+  CHECK(filter(next, options, kLength_us).events == std::vector<Event>{next[0]});
+}
+
+TEST_CASE("noise: filters leave polarities as they are and judge both alike") {
+  Rng rng(10);
+  NoiseFilterOptions options;
+  options.width = kWidth;
+  options.height = kHeight;
+  options.refractory_us = 300;
+  std::vector<Event> events = random_window(&rng, 1500, 30, 0, kWidth, kHeight);
+  const std::vector<Event> kept = filter(events, options).events;
+  CHECK(kept.size() > 100);
+  CHECK(kept.size() < events.size());
+  for (Event& event : events) event.polarity ^= 1U;
+  std::vector<Event> mirrored = filter(events, options).events;
+  for (Event& event : mirrored) event.polarity ^= 1U;
+  CHECK(mirrored == kept);
+}
+
+TEST_CASE("noise: flicker is dropped first, is counted and remembered from window to window") {
+  NoiseFilterOptions options = no_filter();
+  options.flicker_periods = 6;
+  ArenaMeter meter;
+  NoiseFilterWorkspace workspace;
+  REQUIRE(carve(meter, NoiseFilterCapacities{kWidth, kHeight}, &workspace));
+  GuardedArena memory(meter.peak());
+  REQUIRE(carve(memory.arena(), NoiseFilterCapacities{kWidth, kHeight}, &workspace));
+  NoiseFilterStats stats;
+  for (std::int64_t begin_us = 0; begin_us < 1'000'000; begin_us += 5000) {
+    std::vector<Event> events{{begin_us, kWidth, 0, 1}};
+    for (std::uint16_t y = 0; y < kHeight; ++y) {
+      for (std::uint16_t x = 0; x < kWidth; ++x) {
+        events.push_back({begin_us + 500, x, y, static_cast<std::uint8_t>(begin_us / 5000 % 2)});
+      }
+    }
+    EventWindow filtered;
+    REQUIRE(filter_noise({begin_us, begin_us + 5000, Span<const Event>(events)}, options, &workspace, events, &filtered,
+                         &stats) == Status::ok);
+  }
+  CHECK(stats.outside == 200);
+  CHECK(stats.events == stats.kept + stats.outside + stats.flicker);
+  CHECK(stats.flicker > (stats.events - stats.outside) * 9 / 10);
+}
+
 /// The definition, pair by pair; times that lie within a tick of the limit are left out of the comparison.
 bool has_support(const std::vector<Event>& events, std::size_t i, const NoiseFilterOptions& options,
                  std::int64_t support_us) {
@@ -130,9 +244,7 @@ TEST_CASE("noise: isolated events go as brute force says") {
       NoiseFilterOptions options = no_filter();
       options.min_neighbours = min_neighbours;
       options.support_us = support_us;
-      std::vector<Event> events = random_events(&rng, 600, -12'000, 80, kWidth, kHeight);
-      while (events.back().t_us >= -12'000 + kLength_us) events.pop_back();
-      for (Event& event : events) event.t_us = event.t_us / 100 * 100 - 50;  // amid a tick
+      const std::vector<Event> events = random_window(&rng, 600, 80, -12'000, kWidth, kHeight);
       std::vector<Event> expected;
       const std::int64_t limit_us = support_us > 0 ? support_us : kLength_us / 2;
       for (std::size_t i = 0; i < events.size(); ++i) {
@@ -170,7 +282,8 @@ TEST_CASE("noise: a thin slow edge stays whole from the window's first event on,
 TEST_CASE("noise: options and memory are checked") {
   std::vector<Event> events{{0, 0, 0, 1}};
   std::vector<std::uint8_t> pixels((kWidth + 2) * (kHeight + 2));
-  NoiseFilterWorkspace workspace{pixels};
+  NoiseFilterWorkspace workspace;
+  workspace.pixels = pixels;
   NoiseFilterStats stats;
   EventWindow window{7, 8, {}};
   const EventWindow input{0, 1, Span<const Event>(events)};
@@ -190,12 +303,29 @@ TEST_CASE("noise: options and memory are checked") {
   CHECK(run(broken([](auto* o) { o->refractory_us = -1; })) == Status::invalid_argument);
   CHECK(run(broken([](auto* o) { o->support_us = -1; })) == Status::invalid_argument);
   CHECK(run(broken([](auto* o) { o->min_neighbours = 9; })) == Status::invalid_argument);
+  CHECK(run(broken([](auto* o) { o->flicker_periods = 9; })) == Status::invalid_argument);
+  CHECK(run(broken([](auto* o) { o->flicker_periods = 1; })) == Status::buffer_too_small);  // no memory for it
   CHECK(filter_noise({1, 0, {}}, no_filter(), &workspace, events, &window, &stats) == Status::invalid_argument);
   CHECK(filter_noise(input, no_filter(), &workspace, {}, &window, &stats) == Status::buffer_too_small);
   workspace.pixels = workspace.pixels.first(pixels.size() - 1);
   CHECK(run(no_filter()) == Status::buffer_too_small);
   CHECK(window.begin_us == 7);
   CHECK(stats.events == 1);
+}
+
+TEST_CASE("noise: memory is carved to the byte, with and without the flicker filter") {
+  for (const bool flicker : {false, true}) {
+    const NoiseFilterCapacities capacities{kWidth, kHeight, flicker};
+    ArenaMeter meter;
+    NoiseFilterWorkspace workspace;
+    REQUIRE(carve(meter, capacities, &workspace));
+    CHECK(meter.peak() == 34U * 26U + (flicker ? 136U + 32U * 24U : 0U));
+    GuardedArena exact(meter.peak());
+    CHECK(carve(exact.arena(), capacities, &workspace));
+    CHECK(workspace.flicker.holds(kWidth, kHeight) == flicker);
+    GuardedArena short_of_one(meter.peak() - 1);
+    CHECK_FALSE(carve(short_of_one.arena(), capacities, &workspace));
+  }
 }
 
 TEST_CASE("noise: times far beside the window, and windows of any length, do no harm") {
@@ -206,8 +336,11 @@ TEST_CASE("noise: times far beside the window, and windows of any length, do no 
   options.height = kHeight;
   options.refractory_us = kMax;
   options.support_us = kMax;
-  std::vector<std::uint8_t> pixels((kWidth + 2) * (kHeight + 2));
-  NoiseFilterWorkspace workspace{pixels};
+  ArenaMeter meter;
+  NoiseFilterWorkspace workspace;
+  REQUIRE(carve(meter, NoiseFilterCapacities{kWidth, kHeight}, &workspace));
+  GuardedArena memory(meter.peak());
+  REQUIRE(carve(memory.arena(), NoiseFilterCapacities{kWidth, kHeight}, &workspace));
   for (const auto& [begin_us, end_us] :
        {std::pair{kMin, kMax}, {std::int64_t{0}, std::int64_t{0}}, {kMin, kMin}, {std::int64_t{5}, std::int64_t{6}}}) {
     std::vector<Event> events{{kMin, 0, 0, 1}, {0, 1, 1, 1}, {kMax, 1, 1, 1}, {kMax, 2, 2, 0}};

@@ -71,7 +71,8 @@ TEST_CASE("cloud: every event stands in its own cell, with z = (t - begin) / c_z
   std::sort(actual.begin(), actual.end());
   REQUIRE(actual.size() == expected.size());
   for (std::size_t i = 0; i < actual.size(); ++i) {
-    for (std::size_t k = 0; k < 4; ++k) CHECK(actual[i][k] == doctest::Approx(expected[i][k]).epsilon(1e-4));  // a time unit is 1.5e-5 of the window
+    for (std::size_t k = 0; k < 4; ++k)
+      CHECK(actual[i][k] == doctest::Approx(expected[i][k]).epsilon(1e-4));  // a time unit is 1.5e-5 of the window
   }
 }
 

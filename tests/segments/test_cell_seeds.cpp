@@ -88,8 +88,7 @@ TEST_CASE("seeds: sums over rows of cells agree with brute force over each block
     double n = 0, m[3] = {}, q[3][3] = {};
     for (const std::size_t cell : {std::size_t{seed.block}, std::size_t{seed.block} + c.cols}) {
       for (std::uint32_t e = c.cell_start[cell]; e < c.cell_start[cell + 2]; ++e) {
-        const double v[3] = {static_cast<double>(c.x[e]), static_cast<double>(c.y[e]),
-                             static_cast<double>(c.tau(e))};
+        const double v[3] = {static_cast<double>(c.x[e]), static_cast<double>(c.y[e]), static_cast<double>(c.tau(e))};
         n += 1;
         for (int a = 0; a < 3; ++a) {
           m[a] += v[a];
