@@ -33,6 +33,7 @@ double longest_part(const EventLine& line) {
   return bend > static_cast<double>(kMaxRowBendPx) ? std::sqrt(static_cast<double>(kMaxRowBendPx) / bend) : 1;
 }
 
+/// The part that the first row takes, from 0 to 1.
 double first_part(const EventLine& line, double longest) {
   if (longest == 1) return 1;
   const double bend = std::fabs(static_cast<double>(line.bend_px)) * kLeastFirstPart * kLeastFirstPart;

@@ -8,13 +8,14 @@
 
 namespace lecalib::host {
 
-/// Furthest that a row's line may bend from its chord, px.
+/// Furthest that a line may bend from its chord to be written as one row, px.
 inline constexpr float kMaxRowBendPx = 1.25F;
 
 /// Collects the lines of windows as CSV: one row per line and window end,
 /// `t_us,end,line,x1,y1,x2,y2,sigma_px,events,polarity`. `line` counts through all windows and pairs the two ends;
 /// (x1, y1) of both ends belong to the same end of the line; pixels, integer at pixel centres. A line whose bend takes
-/// it further than kMaxRowBendPx from its chord is written as several rows of equal length, each a line of its own.
+/// it further than kMaxRowBendPx from its chord is written as several rows, each a line of its own; the first of two or
+/// three takes more than half of the line, even where it then bends further, up to 4 px.
 class LinesCsv {
  public:
   LinesCsv();

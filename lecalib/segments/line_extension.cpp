@@ -47,7 +47,6 @@ bool extend(const EventCloud& cloud, const ExtensionOptions& options, const Grow
   const OwnerFilter filter{may_take};
   if (!grow_line(cloud, growth_options, fit_options.priors, workspace, filter, &longer)) return false;
   if (longer.highest() - longer.lowest() < line->highest() - line->lowest() + options.min_gain_px) return false;
-  // Nothing is marked before it is known that the line is kept.
   longer.thickness_px = line->thickness_px;
   const FitClaim claim{line->id, filter, 1};
   if (fit_line(cloud, fit_options, workspace, claim, &longer) != FitOutcome::accepted) return false;

@@ -54,8 +54,7 @@ struct FitClaim {
 /// turns off it is cut and the longer part fitted again; the extent of the support in each half of the window gives the
 /// ends; tests tell lines from noise and texture.
 /// @param line  in: low, high, coefficients, polarities, events (an estimate); out: all fields, centred; unchanged
-/// unless
-///              accepted
+///              unless accepted
 /// On acceptance the events near to the line are marked as its own.
 FitOutcome fit_line(const EventCloud& cloud, const LineFitOptions& options, const LineWorkspace& workspace,
                     const FitClaim& claim, MovingLine* line);
