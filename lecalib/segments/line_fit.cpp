@@ -6,6 +6,7 @@
 
 #include "lecalib/math/chance.hpp"
 #include "lecalib/segments/corridor.hpp"
+#include "lecalib/segments/event_weight.hpp"
 #include "lecalib/segments/line_kink.hpp"
 
 namespace lecalib {
@@ -14,13 +15,6 @@ namespace {
 constexpr float kWideBandPx = 5;    // events that the robust fit chooses from
 constexpr float kBeyondEndsPx = 6;  // how far past the ends they are looked for
 constexpr int kRounds = 3;
-constexpr float kBandSigmas = 3;  // of the weight 1 - (r / band)^2
-constexpr float kMinBandPx = 1.2F;
-constexpr float kMaxBandPx = 4.5F;
-/// E[w r^2] / E[w] of a normal distribution under that weight, cut at 3 sigma, in sigma^2.
-constexpr float kWeightedVariance = 0.78F;
-/// Events of one edge are not independent: the pixel grid and the thresholds tie neighbours together.
-constexpr float kVarianceInflation = 1.2F;
 
 constexpr int kMaxParts = 3;  // a line is cut at a kink that often, less one
 
@@ -87,7 +81,7 @@ class LineFitter {
   }
 
   [[nodiscard]] float residual(std::size_t k) const { return ws_.across[k] - line_.offset(ws_.along[k], ws_.tau[k]); }
-  [[nodiscard]] float band() const { return std::clamp(kBandSigmas * line_.thickness_px, kMinBandPx, kMaxBandPx); }
+  [[nodiscard]] float band() const { return weight_band(line_.thickness_px); }
 
   FitOutcome fit_robustly() {
     for (int round = 0; round < kRounds; ++round) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "lecalib/segments/corridor.hpp"
+#include "lecalib/segments/event_weight.hpp"
 #include "lecalib/segments/shape_equations.hpp"
 
 namespace lecalib {
@@ -18,14 +19,7 @@ constexpr int kMaxCells = kMaxColumns * kSlots;
 constexpr float kMinHalfLengthPx = 8;
 constexpr std::uint32_t kFirstRoundEvents = 2000;  // it only brings the shape near
 
-constexpr float kBandSigmas = 3;  // of the weight 1 - (r / band)^2
-constexpr float kMinBandPx = 1.2F;
-constexpr float kMaxBandPx = 4.5F;
 constexpr float kShapeMarginPx = 2;  // by which the shape may stray from the fitted line
-/// E[w r^2] / E[w] of a normal distribution under that weight, cut at 3 sigma, in sigma^2.
-constexpr float kWeightedVariance = 0.78F;
-/// Events of one edge are not independent: the pixel grid and the thresholds tie neighbours together.
-constexpr float kVarianceInflation = 1.2F;
 constexpr float kMinCellWeight = 3;  // of cells that tell whether the shape fits
 constexpr float kFreeTerms = 5;      // of the shape, that the priors hardly hold
 
@@ -142,7 +136,7 @@ class ShapeFitter {
 
   void collect(std::uint32_t stride) {
     for (ShapeCell& cell : cells_) cell = {};
-    const float band = std::clamp(kBandSigmas * std::sqrt(variance_), kMinBandPx, kMaxBandPx);
+    const float band = weight_band(std::sqrt(variance_));
     const float per_band2 = 1 / (band * band);
     float weighted_square = 0;
     weight_ = 0;
