@@ -85,20 +85,12 @@ class LineFitter {
 
   FitOutcome fit_robustly() {
     for (int round = 0; round < kRounds; ++round) {
-      const float per_band = 1 / band();
+      const float band_px = band();
       LineEquations equations;
-      float weighted_square = 0;
-      float weights = 0;
-      for (std::size_t k = 0; k < count_; ++k) {
-        const float r = residual(k) * per_band;
-        const float weight = 1 - r * r;
-        if (weight <= 0) continue;
-        equations.add(ws_.along[k], ws_.tau[k], ws_.across[k], weight);
-        weighted_square += weight * r * r;
-        weights += weight;
-      }
-      if (equations.count() * stride_ < options_.min_events / 2) return FitOutcome::too_few_events;
-      const float variance = weighted_square / (weights * kWeightedVariance * per_band * per_band);
+      const WeightedSupport support =
+          equations.add_near({ws_.along.data(), ws_.across.data(), ws_.tau.data(), count_}, line_, band_px);
+      if (support.events * stride_ < options_.min_events / 2) return FitOutcome::too_few_events;
+      const float variance = support.square / (support.weight * kWeightedVariance) * (band_px * band_px);
       line_.thickness_px = std::sqrt(variance);
       if (!equations.solve(options_.priors, 1, line_.m, line_.covariance)) return FitOutcome::no_solution;
       for (float& entry : line_.covariance) entry *= variance * kVarianceInflation;

@@ -89,7 +89,7 @@ class LineGrower {
   }
 
   void accept_from(std::size_t first) {
-    for (std::size_t k = first; k < count_; ++k) equations_.add(ws_.along[k], ws_.tau[k], ws_.across[k], 1);
+    equations_.add({ws_.along.data() + first, ws_.across.data() + first, ws_.tau.data() + first, count_ - first});
   }
 
   bool refit() { return equations_.solve(priors_, kPriorVariance, line_.m, nullptr); }
