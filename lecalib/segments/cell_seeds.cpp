@@ -214,6 +214,7 @@ bool refine_seed(const EventCloud& cloud, const SeedOptions& options, const Cell
   line.high[0] = line.high[1] = kCell;
   line.thickness_px = std::sqrt(std::max(edge.across, kMinVariancePx2));
   line.polarities = is_on ? 2 : 1;
+  line.events = static_cast<std::uint32_t>(m.n);
   *out = line;
   return true;
 }

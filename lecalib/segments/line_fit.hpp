@@ -25,7 +25,7 @@ struct LineFitOptions {
   float max_empty_share = 0.25F;  ///< of patches without events, 0 to 1
   float min_half_share = 0.12F;   ///< of the events in the poorer half of the window, 0 to 0.5
   KinkOptions kink;
-  std::uint32_t max_fit_events = 1500;  ///< the fit takes about so many, evenly chosen; it only has to find the line
+  std::uint32_t max_fit_events = 1000;  ///< the fit takes about so many, evenly chosen; it only has to find the line
 };
 
 /// Why a line was accepted or not.

@@ -40,6 +40,7 @@ class EdgeRow {
 
   /// Looks for gaps. @return whether there is one
   bool find_motion() {
+    if (static_cast<float>(longest_still_run()) < options_.min_gap_px) return false;
     float best = 0;
     for (int motion = -kMaxMotionPx; motion <= kMaxMotionPx; motion += kMotionStepPx) {
       const Gaps gaps = measure(motion);
@@ -98,6 +99,19 @@ class EdgeRow {
       if (i >= 0 && i < size_ && (pixels_[i] >> static_cast<unsigned>(slice) & 1U) != 0) return true;
     }
     return false;
+  }
+
+  /// Longest run of pixels that are empty in the window's middle, where no motion moves them: no gap is longer.
+  [[nodiscard]] int longest_still_run() const {
+    constexpr unsigned kStill = 3U << (kSlices / 2 - 1);
+    static_assert(kMaxMotionPx < 2 * kSlices, "the two middle slices are not moved");
+    int longest = 0;
+    int empty = 0;
+    for (int b = 0; b < size_; ++b) {
+      empty = (pixels_[b] & kStill) != 0 ? 0 : empty + 1;
+      longest = std::max(longest, empty);
+    }
+    return longest;
   }
 
   [[nodiscard]] Gaps measure(int motion) const {
