@@ -298,9 +298,10 @@ FitOutcome fit_line(const EventCloud& cloud, const LineFitOptions& options, cons
 }
 
 float required_evidence(const LineFitOptions& options, std::uint16_t width, std::uint16_t height) {
-  constexpr float kStepPx = 2;
-  constexpr float kMotions = 10;  // of an end: 10 px to either side
-  const float ends = static_cast<float>(width) * static_cast<float>(height) * kMotions / (kStepPx * kStepPx);
+  constexpr float kAcrossPx = 2;
+  constexpr float kAlongPx = 8;
+  constexpr float kMotions = 20 / kAcrossPx;
+  const float ends = static_cast<float>(width) * static_cast<float>(height) * kMotions / (kAcrossPx * kAlongPx);
   // Two ends; which is which does not matter.
   return options.min_evidence + 2 * natural_log(std::max(ends, 2.0F)) - natural_log(2);
 }

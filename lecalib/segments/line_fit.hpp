@@ -60,8 +60,9 @@ FitOutcome fit_line(const EventCloud& cloud, const LineFitOptions& options, cons
                     const FitClaim& claim, MovingLine* line);
 
 /// Evidence against chance that a line needs on this sensor, nats: min_evidence and the logarithm of the number of
-/// lines that can be tried there. Neighbouring ones share their events, so that steps of 2 px count: either end at the
-/// window's begin anywhere in the image, and up to 10 px across the line from there at the window's end.
+/// lines that can be tried there: either end anywhere in the image at the window's begin, and up to 10 px across the
+/// line from there at its end. Neighbouring ones share their events, so that steps of 2 px across the line and of 8 px
+/// along it count, a third of the shortest line or so.
 float required_evidence(const LineFitOptions& options, std::uint16_t width, std::uint16_t height);
 
 /// Smallest length of a line on this sensor, px.
