@@ -65,7 +65,6 @@ TEST_CASE("Poisson floor: edges in up to half of the cells move it by less than 
       CAPTURE(mean);
       CAPTURE(edge_share);
       const double found = floor_of(histogram_of(mean, edge_share, kCells, 5));
-      MESSAGE(mean << " " << edge_share << " " << found);
       CHECK(std::fabs(found - mean) < std::max(0.1, 0.2 * mean));
     }
   }
