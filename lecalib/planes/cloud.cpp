@@ -37,8 +37,8 @@ std::size_t cell_of(const Event& event, std::size_t cols, std::size_t cells) {
 /// that only a sensor without whole ones is measured by them.
 float noise_floor(const EventCloud& cloud, std::size_t first_cell) {
   std::uint32_t histogram[kMaxQuietCount + 1] = {};
-  const std::size_t whole_cols = std::max(1, cloud.width >> kCloudCellShift);
-  const std::size_t whole_rows = std::max(1, cloud.height >> kCloudCellShift);
+  const auto whole_cols = static_cast<std::size_t>(std::max(1, cloud.width >> kCloudCellShift));
+  const auto whole_rows = static_cast<std::size_t>(std::max(1, cloud.height >> kCloudCellShift));
   for (std::size_t row = 0; row < whole_rows; ++row) {
     const std::uint32_t* const start = &cloud.cell_start[first_cell + row * cloud.cols];
     for (std::size_t col = 0; col < whole_cols; ++col) {

@@ -27,7 +27,6 @@ class EdgeRow {
   EdgeRow(const EventCloud& cloud, const SplitOptions& options, const LineFitOptions& fit_options,
           const LineWorkspace& workspace, const MovingLine& line)
       : options_(options),
-        fit_options_(fit_options),
         line_(line),
         start_(line.lowest()),
         size_(std::min(static_cast<int>(line.highest() - start_) + 1, static_cast<int>(workspace.histogram.size()))),
@@ -147,7 +146,6 @@ class EdgeRow {
   }
 
   const SplitOptions& options_;
-  const LineFitOptions& fit_options_;
   const MovingLine line_;
   float start_;
   int size_;
