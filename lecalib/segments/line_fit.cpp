@@ -141,7 +141,9 @@ class LineFitter {
     const float beside = static_cast<float>(flank) * inlier / (inlier + kFlankMarginPx);
     if (events < options_.min_contrast * beside) return FitOutcome::low_contrast;
     const float noise = cloud_.noise_in(line_.polarities) * 2 * inlier * line_.length() / static_cast<float>(stride_);
-    if (evidence_against_chance(events, std::max(noise, beside)) < options_.min_evidence) return FitOutcome::noise;
+    if (evidence_against_chance(events, std::max(noise, beside)) <
+        required_evidence(options_, cloud_.width, cloud_.height))
+      return FitOutcome::noise;
     if (static_cast<float>(std::min(early, late)) < options_.min_half_share * events) return FitOutcome::one_sided;
     return FitOutcome::accepted;
   }
@@ -285,6 +287,15 @@ FitOutcome fit_line(const EventCloud& cloud, const LineFitOptions& options, cons
   }
   if (outcome == FitOutcome::accepted) *line = part;
   return outcome;
+}
+
+float required_evidence(const LineFitOptions& options, std::uint16_t width, std::uint16_t height) {
+  constexpr float kAcrossPx = 2;
+  constexpr float kAlongPx = 8;
+  constexpr float kMotions = 20 / kAcrossPx;
+  const float ends = static_cast<float>(width) * static_cast<float>(height) * kMotions / (kAcrossPx * kAlongPx);
+  // Two ends; which is which does not matter.
+  return options.min_evidence + 2 * natural_log(std::max(ends, 2.0F)) - natural_log(2);
 }
 
 float min_line_length(const LineFitOptions& options, std::uint16_t width, std::uint16_t height) {

@@ -325,3 +325,21 @@ TEST_CASE("detector: bad options, windows and workspaces are told apart") {
   DetectorWorkspace workspace;
   CHECK_FALSE(carve(arena, capacities, &workspace));
 }
+
+TEST_CASE("the fast detector takes at most 24 bytes per event and 8 per cell, beside tables that neither adds to") {
+  const auto bytes_of = [](std::size_t events, std::uint16_t height) {
+    DetectorCapacities capacities;
+    capacities.events = events;
+    capacities.surface_points = 0;
+    capacities.regions = 0;
+    capacities.image_cells = 0;
+    capacities.width = 1280;
+    capacities.height = height;
+    return detector_bytes(capacities);
+  };
+  CHECK(bytes_of(160000, 720) - bytes_of(60000, 720) <= 24 * 100000);
+  // Histograms along a line grow with the longest one: at most 8 bytes for every px of the sensor's side.
+  const std::size_t more_cells = cloud_cells(1280, 1440) - cloud_cells(1280, 720);
+  CHECK(bytes_of(60000, 1440) - bytes_of(60000, 720) <= 8 * more_cells + 8 * 720);
+  CHECK(bytes_of(60000, 720) <= 24 * 60000 + 8 * cloud_cells(1280, 720) + 192 * 1024);
+}
