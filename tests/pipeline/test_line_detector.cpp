@@ -89,7 +89,7 @@ TEST_CASE("detector: every edge of a moving box is found at both ends of the win
         REQUIRE(line != nullptr);
         CHECK(line->polarity == (edge.polarity != 0 ? 1 : -1));
         CHECK(line->sigma_begin_px > 0);
-        CHECK(line->sigma_begin_px < 1);
+        CHECK(line->sigma_begin_px < 1.25F);  // of edges with 3 events per px it is the systematic part
       }
       const std::size_t accepted = detector.stats.fits[static_cast<std::size_t>(FitOutcome::accepted)];
       CHECK(accepted == detector.count + detector.stats.lines_merged);
