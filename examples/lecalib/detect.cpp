@@ -65,7 +65,7 @@ void run(const DetectOptions& options) {
 void add_windows(CLI::App* command, DetectOptions* options) {
   command
       ->add_option("--window-us", options->range.window_us,
-                   "Length of the windows, us (default: follows the motion, so that lines travel about 5 px)")
+                   "Length of the windows, us (default: follows the motion, so that lines travel about 6 px)")
       ->check(check_whole<std::int64_t>)
       ->type_name("N");
   command->add_option("--from-us", options->range.from_us, "Leave out events before this time of the recording, us")

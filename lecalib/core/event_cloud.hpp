@@ -38,7 +38,7 @@ struct EventCloud {
   std::uint16_t cols = 0, rows = 0;      ///< of the grid
   float depth_px = 0;                    ///< z at the window's end, > 0
   float kept_share = 1;                  ///< of the window's events: below 1 when it was thinned
-  float noise_floor[2] = {0, 0};         ///< events per px^2 in the quieter part of the image, by polarity
+  float noise_floor[2] = {0, 0};         ///< events per px^2 by chance (no whole number per cell), by polarity
 
   [[nodiscard]] Point3 point(std::size_t event) const noexcept {
     return {static_cast<float>(x[event]), static_cast<float>(y[event]), z(event)};

@@ -32,7 +32,12 @@ float evidence_against_chance(float events, float expected) {
   if (events <= expected) return 0;
   const float mean = expected > kLeastExpected ? expected : kLeastExpected;
   if (events <= mean) return 0;
-  return events * natural_log(events / mean) - (events - mean);
+  // p(n) by Stirling's formula, which lies below n!, times the geometric series that bounds the rest of the tail.
+  constexpr float kTwoPi = 6.28318531F;
+  const float chernoff = events * natural_log(events / mean) - (events - mean);
+  const float sharper =
+      chernoff + 0.5F * natural_log(kTwoPi * events) + natural_log((events + 1 - mean) / (events + 1));
+  return sharper > chernoff ? sharper : chernoff;
 }
 
 }  // namespace lecalib

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// How much events say against chance. Counts of accidental events follow Poisson's distribution; Chernoff's bound on
-/// its tails needs a logarithm and no sum.
+/// How much events say against chance. Counts of accidental events follow Poisson's distribution, whose tail is bounded
+/// by its first term and a geometric series, or by Chernoff's bound where that is the lower: logarithms and no sum.
 #pragma once
 
 namespace lecalib {

@@ -74,7 +74,7 @@ class LineCollector {
  public:
   LineCollector(const EventCloud& cloud, const DetectorOptions& options, const DetectorWorkspace& workspace,
                 DetectorStats* stats)
-      : cloud_(cloud), options_(options), ws_(workspace), stats_(stats) {
+      : cloud_(cloud), options_(options), ws_(workspace), failed_(workspace.failed), stats_(stats) {
     std::fill(ws_.fit.owner.begin(), ws_.fit.owner.begin() + cloud.size(), std::uint8_t{0});
   }
 
@@ -83,14 +83,17 @@ class LineCollector {
 
   /// @return whether the guess became a line
   bool add(MovingLine line) {
-    if (!grow_line(cloud_, options_.growth, options_.fit.priors, ws_.fit, {}, &line)) {
+    if (failed_.holds(line) || !grow_line(cloud_, options_.growth, options_.fit.priors, ws_.fit, {}, &line)) {
       ++stats_->guesses_repeated;
       return false;
     }
     const FitClaim claim{static_cast<std::uint8_t>(count_ + 1), {}, 1};
     const FitOutcome outcome = fit_line(cloud_, options_.fit, ws_.fit, claim, &line);
     ++stats_->fits[static_cast<std::size_t>(outcome)];
-    if (outcome != FitOutcome::accepted) return false;
+    if (outcome != FitOutcome::accepted) {
+      failed_.add(line);
+      return false;
+    }
     ws_.lines[count_++] = line;
     return true;
   }
@@ -99,6 +102,7 @@ class LineCollector {
   const EventCloud& cloud_;
   const DetectorOptions& options_;
   const DetectorWorkspace& ws_;
+  FailedLines failed_;
   DetectorStats* stats_;
   std::size_t count_ = 0;
 };
@@ -116,6 +120,7 @@ std::size_t fit_guesses(const EventCloud& cloud, Span<const PlaneLine> guesses, 
     MovingLine line;
     if (!line_between(guess.begin, guess.end, &line)) continue;
     line.polarities = guess.polarity != 0 ? 2 : 1;
+    line.events = static_cast<std::uint32_t>(guess.support);
     lines.add(line);
   }
   return lines.count();

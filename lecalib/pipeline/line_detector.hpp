@@ -20,6 +20,7 @@
 #include "lecalib/planes/pca_normals.hpp"
 #include "lecalib/planes/region_growing.hpp"
 #include "lecalib/segments/cell_seeds.hpp"
+#include "lecalib/segments/failed_lines.hpp"
 #include "lecalib/segments/line_extension.hpp"
 #include "lecalib/segments/line_fit.hpp"
 #include "lecalib/segments/line_growth.hpp"
@@ -42,7 +43,7 @@ struct DetectorOptions {
   SegmentOptions segments;
   SeedOptions seeds;
   /// Growths that may fail in a window before the fast detector gives up: bounds the cost of texture.
-  std::uint32_t max_failures = 400;
+  std::uint32_t max_failures = 250;
   GrowthOptions growth;
   LineFitOptions fit;
   ExtensionOptions extension;
@@ -67,9 +68,10 @@ struct DetectorStats {
   std::uint32_t planes_of_constant_time = 0;  ///< flashes
   std::uint32_t guesses = 0;                  ///< lines that planes gave, or seeds
   std::uint32_t guesses_dropped = 0;          ///< for want of room
-  std::uint32_t guesses_repeated = 0;         ///< their events belong to a line already, or there are too few
-  std::uint32_t fits[kNumFitOutcomes] = {};   ///< by FitOutcome
-  std::uint32_t lines_extended = 0;           ///< through lines that they cross
+  std::uint32_t guesses_repeated =
+      0;  ///< of a line that has failed, or their events belong to a line already, or there are too few
+  std::uint32_t fits[kNumFitOutcomes] = {};  ///< by FitOutcome
+  std::uint32_t lines_extended = 0;          ///< through lines that they cross
   std::uint32_t lines_merged = 0;
   std::uint32_t lines_cut = 0;      ///< at gaps
   std::uint32_t lines_dropped = 0;  ///< for want of room in the workspace or the output, the weakest first
@@ -103,10 +105,13 @@ struct DetectorWorkspace {
   SegmentWorkspace segments;
   LineWorkspace fit;
   SeedWorkspace seeds;
+  Span<MovingLine> failed;  ///< [kMaxFailedLines]
 };
 
 /// Rims of one plane that are looked at.
 inline constexpr std::size_t kMaxRims = 64;
+/// Failures that the detector remembers.
+inline constexpr std::size_t kMaxFailedLines = 64;
 
 template <class Carver>
 constexpr bool carve(Carver& carver, const DetectorCapacities& capacities, DetectorWorkspace* out) {
@@ -128,7 +133,8 @@ constexpr bool carve(Carver& carver, const DetectorCapacities& capacities, Detec
   const std::size_t planes_end = carver.mark();
   carver.rewind(shared);
   if (!planes_fit || !carve(carver, lines, &out->fit) ||
-      !carve(carver, SeedCapacities{capacities.seeds, capacities.width, capacities.height}, &out->seeds)) {
+      !carve(carver, SeedCapacities{capacities.seeds, capacities.width, capacities.height}, &out->seeds) ||
+      !carver.carve(kMaxFailedLines, &out->failed)) {
     return false;
   }
   // Whoever carves next must come after the longer part.

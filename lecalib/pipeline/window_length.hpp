@@ -12,7 +12,7 @@ struct WindowLengthOptions {
   std::int64_t first_us = 10'000;  ///< of the first window; > 0
   std::int64_t min_us = 300;       ///< > 0; shorter windows hold too few events of an edge
   std::int64_t max_us = 60'000;    ///< >= min_us; in longer ones the noise of a sensor begins to form lines
-  float travel_px = 5;  ///< wanted travel of the faster lines across themselves; 0: the length stays at first_us
+  float travel_px = 6;  ///< wanted travel of the faster lines across themselves; 0: the length stays at first_us
 };
 
 /// Length of the next window, from the lines of the last: the length-weighted upper quartile of their travel is brought

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/planes/cloud.hpp"
 
+#include <algorithm>
+
+#include "lecalib/math/poisson_floor.hpp"
+
 namespace lecalib {
 namespace {
 
@@ -29,17 +33,21 @@ std::size_t cell_of(const Event& event, std::size_t cols, std::size_t cells) {
   return (event.polarity != 0 ? cells : 0) + row * cols + col;
 }
 
-float noise_floor(Span<const std::uint32_t> cell_start, std::size_t first, std::size_t cells) {
+/// Events per px^2 that chance puts into the cells of one polarity. Cells that the sensor's border cuts hold fewer, so
+/// that only a sensor without whole ones is measured by them.
+float noise_floor(const EventCloud& cloud, std::size_t first_cell) {
   std::uint32_t histogram[kMaxQuietCount + 1] = {};
-  for (std::size_t c = first; c < first + cells; ++c) {
-    const std::uint32_t count = cell_start[c + 1] - cell_start[c];
-    ++histogram[count < kMaxQuietCount ? count : kMaxQuietCount];
+  const auto whole_cols = static_cast<std::size_t>(std::max(1, cloud.width >> kCloudCellShift));
+  const auto whole_rows = static_cast<std::size_t>(std::max(1, cloud.height >> kCloudCellShift));
+  for (std::size_t row = 0; row < whole_rows; ++row) {
+    const std::uint32_t* const start = &cloud.cell_start[first_cell + row * cloud.cols];
+    for (std::size_t col = 0; col < whole_cols; ++col) {
+      ++histogram[std::min(start[col + 1] - start[col], kMaxQuietCount)];
+    }
   }
-  const float wanted = kQuietShare * static_cast<float>(cells);
-  std::uint32_t seen = histogram[0];
-  std::uint32_t quantile = 0;
-  while (static_cast<float>(seen) <= wanted && quantile < kMaxQuietCount) seen += histogram[++quantile];
-  return static_cast<float>(quantile) / static_cast<float>(kCloudCellPx * kCloudCellPx);
+  const float area = static_cast<float>(std::min<int>(kCloudCellPx, cloud.width)) *
+                     static_cast<float>(std::min<int>(kCloudCellPx, cloud.height));
+  return poisson_floor({histogram, kMaxQuietCount + 1}, kQuietShare) / area;
 }
 
 bool valid(const EventWindow& window, const CloudOptions& options) {
@@ -107,8 +115,8 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
   cloud->rows = static_cast<std::uint16_t>(cells / cols);
   cloud->depth_px = depth_px;
   cloud->kept_share = inside > 0 ? static_cast<float>(kept) / static_cast<float>(inside) : 1;
-  cloud->noise_floor[0] = noise_floor(cloud->cell_start, 0, cells);
-  cloud->noise_floor[1] = noise_floor(cloud->cell_start, cells, cells);
+  cloud->noise_floor[0] = noise_floor(*cloud, 0);
+  cloud->noise_floor[1] = noise_floor(*cloud, cells);
   return Status::ok;
 }
 

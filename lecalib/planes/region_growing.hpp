@@ -58,9 +58,9 @@ struct RegionWorkspace {
 
 template <class Carver>
 constexpr bool carve(Carver& carver, const RegionCapacities& capacities, RegionWorkspace* out) {
+  const std::size_t cells = capacities.points > 0 ? 2 * cloud_cells(capacities.width, capacities.height) + 1 : 0;
   return carver.carve(capacities.points, &out->order) && carver.carve(capacities.points, &out->members) &&
-         carver.carve(capacities.points, &out->taken) &&
-         carver.carve(2 * cloud_cells(capacities.width, capacities.height) + 1, &out->cell_start) &&
+         carver.carve(capacities.points, &out->taken) && carver.carve(cells, &out->cell_start) &&
          carver.carve(capacities.regions, &out->regions);
 }
 

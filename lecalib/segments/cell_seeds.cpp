@@ -151,7 +151,6 @@ bool stands_out(const CellMoments& m, float free_events, float band_px, float no
 
 std::size_t rank_seeds(const EventCloud& cloud, const SeedOptions& options, const SeedWorkspace& workspace,
                        std::uint32_t* dropped) {
-  std::fill(workspace.failures.begin(), workspace.failures.end(), std::uint8_t{0});
   std::size_t count = 0;
   const std::size_t cols = cloud.cols;
   for (std::size_t polarity = 0; polarity < 2; ++polarity) {
@@ -179,6 +178,7 @@ std::size_t rank_seeds(const EventCloud& cloud, const SeedOptions& options, cons
     }
   }
   std::sort_heap(workspace.seeds.begin(), workspace.seeds.begin() + count, better);
+  std::fill(workspace.failures.begin(), workspace.failures.end(), std::uint8_t{0});
   return count;
 }
 
@@ -214,18 +214,27 @@ bool refine_seed(const EventCloud& cloud, const SeedOptions& options, const Cell
   line.high[0] = line.high[1] = kCell;
   line.thickness_px = std::sqrt(std::max(edge.across, kMinVariancePx2));
   line.polarities = is_on ? 2 : 1;
+  line.events = static_cast<std::uint32_t>(m.n);
   *out = line;
   return true;
 }
 
 bool has_failed(const EventCloud& cloud, const SeedWorkspace& workspace, const CellSeed& seed) {
-  const std::uint8_t* cell = &workspace.failures[seed.block];
-  return (cell[0] | cell[1] | cell[cloud.cols] | cell[cloud.cols + 1]) != 0;
+  for (const std::uint32_t row : {seed.block, seed.block + cloud.cols}) {
+    for (const std::uint32_t cell : {row, row + 1}) {
+      if ((workspace.failures[cell / 8] >> (cell % 8) & 1U) != 0) return true;
+    }
+  }
+  return false;
 }
 
 void mark_failed(const EventCloud& cloud, const SeedWorkspace& workspace, const CellSeed& seed) {
-  std::uint8_t* cell = &workspace.failures[seed.block];
-  cell[0] = cell[1] = cell[cloud.cols] = cell[cloud.cols + 1] = 1;
+  for (const std::uint32_t row : {seed.block, seed.block + cloud.cols}) {
+    for (const std::uint32_t cell : {row, row + 1}) {
+      std::uint8_t& marks = workspace.failures[cell / 8];
+      marks = static_cast<std::uint8_t>(marks | 1U << (cell % 8));
+    }
+  }
 }
 
 }  // namespace lecalib

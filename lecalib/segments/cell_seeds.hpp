@@ -42,15 +42,23 @@ struct SeedCapacities {
 
 struct SeedWorkspace {
   Span<CellSeed> seeds;
+  // Rows are done with before the first growth fails: they share their bytes with the marks.
   Span<CellMoments> rows;       ///< two rows of cells
-  Span<std::uint8_t> failures;  ///< [2 * cells] growths that failed there
+  Span<std::uint8_t> failures;  ///< [(2 * cells + 7) / 8] bits: growths that failed there
 };
 
 template <class Carver>
 constexpr bool carve(Carver& carver, const SeedCapacities& capacities, SeedWorkspace* out) {
   const std::size_t columns = (std::size_t{capacities.width} + kCloudCellPx - 1) >> kCloudCellShift;
-  return carver.carve(capacities.seeds, &out->seeds) && carver.carve(2 * columns, &out->rows) &&
-         carver.carve(2 * cloud_cells(capacities.width, capacities.height), &out->failures);
+  if (!carver.carve(capacities.seeds, &out->seeds)) return false;
+  const std::size_t shared = carver.mark();
+  if (!carver.carve(2 * columns, &out->rows)) return false;
+  const std::size_t rows_end = carver.mark();
+  carver.rewind(shared);
+  if (!carver.carve((2 * cloud_cells(capacities.width, capacities.height) + 7) / 8, &out->failures)) return false;
+  // Whoever carves next must come after the longer part.
+  Span<std::byte> rest;
+  return rows_end <= carver.mark() || carver.carve(rows_end - carver.mark(), &rest);
 }
 
 /// Finds the blocks that look like edges.

@@ -24,6 +24,9 @@ namespace detail {
 /// A pixel covers this much on each side of its coordinates, px.
 inline constexpr float kHalfPixel = 0.5F;
 
+/// Events that are looked at in one go.
+inline constexpr std::size_t kNearBlock = 32;
+
 /// Columns of cells that a convex quadrilateral touches in one row of the grid; false when it does not.
 struct Quadrilateral {
   float x[4], y[4];
@@ -84,14 +87,6 @@ void for_each_near_line(const EventCloud& cloud, const MovingLine& line, float s
   for (int i_piece = 0; i_piece < pieces; ++i_piece) {
     const float piece = s0 + static_cast<float>(i_piece) * kPiecePx;
     const float piece_end = std::min(piece + kPiecePx, s1);
-    const auto visit_if_near = [&](std::uint32_t i) {
-      const float s = line.along(cloud.x[i], cloud.y[i]);
-      if (s < piece || s >= piece_end) return;
-      const float d = line.across(cloud.x[i], cloud.y[i]);
-      const float tau = cloud.tau(i);
-      const float residual = d - line.offset(s, tau);
-      if (residual <= band_px && residual >= -band_px) visit(LineEvent{i, s, d, tau, residual});
-    };
     const detail::Quadrilateral area = detail::swept_area(line, piece, piece_end, band_px);
     const float top = std::min(std::min(area.y[0], area.y[1]), std::min(area.y[2], area.y[3]));
     const float bottom = std::max(std::max(area.y[0], area.y[1]), std::max(area.y[2], area.y[3]));
@@ -109,7 +104,22 @@ void for_each_near_line(const EventCloud& cloud, const MovingLine& line, float s
         const std::uint32_t end = cells[last_col + 1];
         std::uint32_t i = cells[first_col];
         if (stride > 1) i = (i + stride - 1) / stride * stride;
-        for (; i < end; i += stride) visit_if_near(i);
+        while (i < end) {
+          // Most events of the cells are not near, and which are is not to be guessed: no branch on it.
+          LineEvent near[detail::kNearBlock];
+          std::size_t count = 0;
+          const std::uint32_t block_end = std::min(end, i + stride * static_cast<std::uint32_t>(detail::kNearBlock));
+          for (; i < block_end; i += stride) {
+            const float s = line.along(cloud.x[i], cloud.y[i]);
+            const float d = line.across(cloud.x[i], cloud.y[i]);
+            const float tau = cloud.tau(i);
+            const float residual = d - line.offset(s, tau);
+            near[count] = {i, s, d, tau, residual};
+            count += static_cast<std::size_t>(s >= piece) & static_cast<std::size_t>(s < piece_end) &
+                     static_cast<std::size_t>(residual <= band_px) & static_cast<std::size_t>(residual >= -band_px);
+          }
+          for (std::size_t k = 0; k < count; ++k) visit(near[k]);
+        }
       }
     }
   }

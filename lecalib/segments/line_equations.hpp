@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "lecalib/segments/moving_line.hpp"
@@ -15,23 +16,31 @@ struct LinePriors {
   float bend_px = 2.5F;  ///< m4
 };
 
+/// Events along a line, as growing and fitting list them.
+struct ListedEvents {
+  const float* along;   ///< [count] s, px
+  const float* across;  ///< [count] d, px
+  const float* tau;     ///< [count]
+  std::size_t count;
+};
+
+/// What the events of a weighted fit amount to.
+struct WeightedSupport {
+  std::uint32_t events = 0;  ///< of weight above zero
+  float weight = 0;
+  float square = 0;  ///< weighted sum of (r / band)^2
+};
+
 /// Additive normal equations of the least squares fit of a MovingLine's coefficients to events. Single precision is
 /// enough: the entries are of one magnitude, and lines found with it differ from those in double by less than 1e-3 px.
 class LineEquations {
  public:
-  void add(float s_px, float tau, float d, float weight) noexcept {
-    const float s = s_px * kAlongUnit;
-    const float row[kNumLineCoefficients] = {1, s, tau, s * tau, s * s};
-    float* entry = a_;
-    for (int i = 0; i < kNumLineCoefficients; ++i) {
-      const float w = weight * row[i];
-      for (int j = i; j < kNumLineCoefficients; ++j) *entry++ += w * row[j];
-      b_[i] += w * d;
-    }
-    ++count_;
-  }
+  void add(float s_px, float tau, float d, float weight) noexcept { add_monomials(s_px, tau, d, weight, sums_); }
 
-  [[nodiscard]] std::uint32_t count() const noexcept { return count_; }
+  /// Adds all events with weight 1.
+  void add(const ListedEvents& events) noexcept;
+  /// Adds events with the weight 1 - (r / band)^2, where r is the distance from the line; none beyond the band.
+  WeightedSupport add_near(const ListedEvents& events, const MovingLine& line, float band_px) noexcept;
 
   /// Solves by LDL'. @param variance of the events' distance, px^2: the weight of the priors against the events.
   /// @param[out] m           [5]; unchanged unless true
@@ -40,9 +49,39 @@ class LineEquations {
   bool solve(const LinePriors& priors, float variance, float* m, float* covariance) const;
 
  private:
-  float a_[15] = {};  // upper triangle by rows
-  float b_[kNumLineCoefficients] = {};
-  std::uint32_t count_ = 0;
+  /// Products of two of the row's entries 1, s, t, st, s^2 are these twelve monomials; below them those times d.
+  enum Sum { k1, kS, kT, kSS, kST, kTT, kSSS, kSST, kSTT, kSSSS, kSSST, kSSTT, kD, kDS, kDT, kDST, kDSS, kNumSums };
+
+  template <class Sums>
+  static void add_monomials(float s_px, float t, float d, float weight, Sums&& sums) noexcept {
+    const float s = s_px * kAlongUnit;
+    const float ws = weight * s;
+    const float wt = weight * t;
+    const float wss = ws * s;
+    const float wst = ws * t;
+    const float wsst = wss * t;
+    sums[k1] += weight;
+    sums[kS] += ws;
+    sums[kT] += wt;
+    sums[kSS] += wss;
+    sums[kST] += wst;
+    sums[kTT] += wt * t;
+    sums[kSSS] += wss * s;
+    sums[kSST] += wsst;
+    sums[kSTT] += wst * t;
+    sums[kSSSS] += wss * s * s;
+    sums[kSSST] += wsst * s;
+    sums[kSSTT] += wsst * t;
+    sums[kD] += weight * d;
+    sums[kDS] += ws * d;
+    sums[kDT] += wt * d;
+    sums[kDST] += wst * d;
+    sums[kDSS] += wss * d;
+  }
+
+  struct Lanes;
+
+  float sums_[kNumSums] = {};
 };
 
 }  // namespace lecalib

@@ -85,20 +85,12 @@ class LineFitter {
 
   FitOutcome fit_robustly() {
     for (int round = 0; round < kRounds; ++round) {
-      const float per_band = 1 / band();
+      const float band_px = band();
       LineEquations equations;
-      float weighted_square = 0;
-      float weights = 0;
-      for (std::size_t k = 0; k < count_; ++k) {
-        const float r = residual(k) * per_band;
-        const float weight = 1 - r * r;
-        if (weight <= 0) continue;
-        equations.add(ws_.along[k], ws_.tau[k], ws_.across[k], weight);
-        weighted_square += weight * r * r;
-        weights += weight;
-      }
-      if (equations.count() * stride_ < options_.min_events / 2) return FitOutcome::too_few_events;
-      const float variance = weighted_square / (weights * kWeightedVariance * per_band * per_band);
+      const WeightedSupport support =
+          equations.add_near({ws_.along.data(), ws_.across.data(), ws_.tau.data(), count_}, line_, band_px);
+      if (support.events * stride_ < options_.min_events / 2) return FitOutcome::too_few_events;
+      const float variance = support.square / (support.weight * kWeightedVariance) * (band_px * band_px);
       line_.thickness_px = std::sqrt(variance);
       if (!equations.solve(options_.priors, 1, line_.m, line_.covariance)) return FitOutcome::no_solution;
       for (float& entry : line_.covariance) entry *= variance * kVarianceInflation;
@@ -149,7 +141,9 @@ class LineFitter {
     const float beside = static_cast<float>(flank) * inlier / (inlier + kFlankMarginPx);
     if (events < options_.min_contrast * beside) return FitOutcome::low_contrast;
     const float noise = cloud_.noise_in(line_.polarities) * 2 * inlier * line_.length() / static_cast<float>(stride_);
-    if (evidence_against_chance(events, std::max(noise, beside)) < options_.min_evidence) return FitOutcome::noise;
+    if (evidence_against_chance(events, std::max(noise, beside)) <
+        required_evidence(options_, cloud_.width, cloud_.height))
+      return FitOutcome::noise;
     if (static_cast<float>(std::min(early, late)) < options_.min_half_share * events) return FitOutcome::one_sided;
     return FitOutcome::accepted;
   }
@@ -293,6 +287,15 @@ FitOutcome fit_line(const EventCloud& cloud, const LineFitOptions& options, cons
   }
   if (outcome == FitOutcome::accepted) *line = part;
   return outcome;
+}
+
+float required_evidence(const LineFitOptions& options, std::uint16_t width, std::uint16_t height) {
+  constexpr float kAcrossPx = 2;
+  constexpr float kAlongPx = 8;
+  constexpr float kMotions = 20 / kAcrossPx;
+  const float ends = static_cast<float>(width) * static_cast<float>(height) * kMotions / (kAcrossPx * kAlongPx);
+  // Two ends; which is which does not matter.
+  return options.min_evidence + 2 * natural_log(std::max(ends, 2.0F)) - natural_log(2);
 }
 
 float min_line_length(const LineFitOptions& options, std::uint16_t width, std::uint16_t height) {

@@ -18,14 +18,14 @@ struct LineFitOptions {
   std::uint32_t min_events = 25;  ///< >= 10
   float max_thickness_px = 1.6F;  ///< one sigma of the events' distance, px, > 0: more is no edge but texture
   float min_contrast = 2.2F;      ///< events on the line over events in equal areas beside it
-  /// Evidence against chance, nats: lines that one could try in an image are about e^25 (places, angles, speeds, ends),
-  /// so that less than this happens by chance somewhere.
-  float min_evidence = 28;
+  /// Evidence against chance beyond the logarithm of how many lines can be tried in the image, nats, see
+  /// required_evidence(): chance makes fewer than e^-4 lines in a window.
+  float min_evidence = 4;
   float min_evenness = 0.6F;  ///< median over mean of equal patches along the line; hot pixels and crossings are uneven
   float max_empty_share = 0.25F;  ///< of patches without events, 0 to 1
   float min_half_share = 0.12F;   ///< of the events in the poorer half of the window, 0 to 0.5
   KinkOptions kink;
-  std::uint32_t max_fit_events = 1500;  ///< the fit takes about so many, evenly chosen; it only has to find the line
+  std::uint32_t max_fit_events = 1000;  ///< the fit takes about so many, evenly chosen; it only has to find the line
 };
 
 /// Why a line was accepted or not.
@@ -58,6 +58,12 @@ struct FitClaim {
 /// On acceptance the events near to the line are marked as its own.
 FitOutcome fit_line(const EventCloud& cloud, const LineFitOptions& options, const LineWorkspace& workspace,
                     const FitClaim& claim, MovingLine* line);
+
+/// Evidence against chance that a line needs on this sensor, nats: min_evidence and the logarithm of the number of
+/// lines that can be tried there: either end anywhere in the image at the window's begin, and up to 10 px across the
+/// line from there at its end. Neighbouring ones share their events, so that steps of 2 px across the line and of 8 px
+/// along it count, a third of the shortest line or so.
+float required_evidence(const LineFitOptions& options, std::uint16_t width, std::uint16_t height);
 
 /// Smallest length of a line on this sensor, px.
 float min_line_length(const LineFitOptions& options, std::uint16_t width, std::uint16_t height);

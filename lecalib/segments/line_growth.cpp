@@ -16,7 +16,7 @@ constexpr float kMaxStepPx = 64;
 constexpr float kBinPx = 4;
 constexpr int kMaxBins = static_cast<int>(kMaxStepPx / kBinPx);
 /// Events per px of line that growth needs; of more, an even share is looked at.
-constexpr float kEnoughPerPx = 6;
+constexpr float kEnoughPerPx = 4;
 constexpr int kMaxBridges = 2;       // steps in a row that see other lines' events only
 constexpr float kBorderPx = 8;       // beyond the sensor's border nothing is to be found
 constexpr float kPriorVariance = 1;  // of the events' distance while the thickness is unknown, px^2
@@ -37,13 +37,10 @@ class LineGrower {
   bool start() {
     line_.low[0] = line_.low[1] = line_.lowest();
     line_.high[0] = line_.high[1] = line_.highest();
+    if (!(length() > 0)) return false;
+    stride_ = static_cast<std::uint32_t>(std::max(1.0F, static_cast<float>(line_.events) / (kEnoughPerPx * length())));
     gather(line_.low[0], line_.high[0], line_.polarities, 1);
-    if (count_ < options_.min_events || !(length() > 0)) return false;
-    stride_ = static_cast<std::uint32_t>(std::max(1.0F, density() / kEnoughPerPx));
-    if (stride_ > 1) {
-      count_ = 0;
-      gather(line_.low[0], line_.high[0], line_.polarities, 1);
-    }
+    if (count_ * stride_ < options_.min_events) return false;
     accept_from(0);
     return refit();
   }
@@ -89,7 +86,7 @@ class LineGrower {
   }
 
   void accept_from(std::size_t first) {
-    for (std::size_t k = first; k < count_; ++k) equations_.add(ws_.along[k], ws_.tau[k], ws_.across[k], 1);
+    equations_.add({ws_.along.data() + first, ws_.across.data() + first, ws_.tau.data() + first, count_ - first});
   }
 
   bool refit() { return equations_.solve(priors_, kPriorVariance, line_.m, nullptr); }

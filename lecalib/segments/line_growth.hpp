@@ -22,7 +22,8 @@ struct GrowthOptions {
 
 /// Fits the line to the events near to it that it may take and lets it grow at both ends, step by step, fitting anew
 /// after each. Events of other lines neither support it nor end it: crossings are bridged.
-/// @param line  in: a guess with low, high, polarities; out: the grown line (low[0] = low[1], high[0] = high[1]) and an
+/// @param line  in: a guess with low, high, polarities, events (an estimate, 0: not known); out: the grown line (low[0]
+/// = low[1], high[0] = high[1]) and an
 ///              estimate of its events, without thickness and covariance; unchanged unless true
 /// @return false when the guess holds too few events
 bool grow_line(const EventCloud& cloud, const GrowthOptions& options, const LinePriors& priors,

@@ -31,8 +31,8 @@ struct LineShapeOptions {
   std::uint32_t max_events = 20000;  ///< the fit takes at most about so many, evenly chosen
   /// Part of sigma that does not shrink with the number of events, px: an edge's events are late together, by its
   /// contrast and the scene's light. And its growth on sparse edges, px^2 times events per px^2 swept.
-  float systematic_px = 0.35F;
-  float systematic_sparse_px2 = 0.18F;
+  float systematic_px = 0.46F;
+  float systematic_sparse_px2 = 0.3F;
   /// Events that scatter like independent draws have no offset in common: by so much, px ...
   float independent_scatter_px = 0.9F;
   /// ... as unevenly along the line as chance does: variance over mean of their counts, at least ...

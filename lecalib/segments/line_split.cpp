@@ -27,12 +27,12 @@ class EdgeRow {
   EdgeRow(const EventCloud& cloud, const SplitOptions& options, const LineFitOptions& fit_options,
           const LineWorkspace& workspace, const MovingLine& line)
       : options_(options),
-        fit_options_(fit_options),
         line_(line),
         start_(line.lowest()),
         size_(std::min(static_cast<int>(line.highest() - start_) + 1, static_cast<int>(workspace.histogram.size()))),
         band_(std::max(kMinBandPx, kBandSigmas * line.thickness_px)),
         min_length_(min_line_length(fit_options, cloud.width, cloud.height)),
+        min_evidence_(required_evidence(fit_options, cloud.width, cloud.height)),
         noise_per_px_(2 * band_ * cloud.noise_in(line.polarities)),
         pixels_(workspace.histogram.data()) {
     collect(cloud);
@@ -40,6 +40,7 @@ class EdgeRow {
 
   /// Looks for gaps. @return whether there is one
   bool find_motion() {
+    if (static_cast<float>(longest_still_run()) < options_.min_gap_px) return false;
     float best = 0;
     for (int motion = -kMaxMotionPx; motion <= kMaxMotionPx; motion += kMotionStepPx) {
       const Gaps gaps = measure(motion);
@@ -100,6 +101,19 @@ class EdgeRow {
     return false;
   }
 
+  /// Longest run of pixels that are empty in the window's middle, where no motion moves them: no gap is longer.
+  [[nodiscard]] int longest_still_run() const {
+    constexpr unsigned kStill = 3U << (kSlices / 2 - 1);
+    static_assert(kMaxMotionPx < 2 * kSlices, "the two middle slices are not moved");
+    int longest = 0;
+    int empty = 0;
+    for (int b = 0; b < size_; ++b) {
+      empty = (pixels_[b] & kStill) != 0 ? 0 : empty + 1;
+      longest = std::max(longest, empty);
+    }
+    return longest;
+  }
+
   [[nodiscard]] Gaps measure(int motion) const {
     Gaps gaps;
     int usual = 0;
@@ -132,8 +146,7 @@ class EdgeRow {
     std::uint32_t events = 0;
     for (int b = first; b < end; ++b) events += pixels_[b] >> kSlices;
     const auto length = static_cast<float>(end - first);
-    if (evidence_against_chance(static_cast<float>(events), noise_per_px_ * length) < fit_options_.min_evidence)
-      return 0;
+    if (evidence_against_chance(static_cast<float>(events), noise_per_px_ * length) < min_evidence_) return 0;
     MovingLine piece = line_;
     const float half_motion = 0.5F * static_cast<float>(motion_);
     for (int k = 0; k < 2; ++k) {
@@ -147,12 +160,12 @@ class EdgeRow {
   }
 
   const SplitOptions& options_;
-  const LineFitOptions& fit_options_;
   const MovingLine line_;
   float start_;
   int size_;
   float band_;
   float min_length_;
+  float min_evidence_;
   float noise_per_px_;
   std::uint16_t* pixels_;  // [size_] a bit for each slice in which the pixel fired, and above them how often it did
   int motion_ = 0;

@@ -20,7 +20,9 @@ EventLine moving(float length, float travel, float slide = 0) {
 
 std::int64_t next(std::int64_t length_us, const std::vector<EventLine>& lines) {
   std::vector<float> scratch(lines.size());
-  return next_window_length({}, length_us, lines, scratch);
+  WindowLengthOptions options;
+  options.travel_px = 5;
+  return next_window_length(options, length_us, lines, scratch);
 }
 
 }  // namespace

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <initializer_list>
 #include <vector>
 
 #include "support/cloud_of.hpp"
@@ -133,6 +136,14 @@ TEST_CASE("seeds: events that a line holds, and cells where growing failed, are 
   CHECK_FALSE(has_failed(cloud.cloud, seeds.workspace, best));
   mark_failed(cloud.cloud, seeds.workspace, best);
   CHECK(has_failed(cloud.cloud, seeds.workspace, best));
+  // Neither fewer nor more than the blocks that share a cell with it.
+  const std::uint32_t cols = cloud.cloud.cols;
+  for (std::uint32_t block = 0; block + cols + 1 < 2 * cloud.cloud.cells(); ++block) {
+    const auto distance = static_cast<std::int64_t>(block) - static_cast<std::int64_t>(best.block);
+    bool shares = false;
+    for (const std::int64_t dy : {-1, 0, 1}) shares = shares || std::abs(distance - dy * cols) <= 1;
+    CHECK(has_failed(cloud.cloud, seeds.workspace, {1, block}) == shares);
+  }
   MovingLine line;
   line.cx = -77;
   std::fill(seeds.owner.begin(), seeds.owner.end(), std::uint8_t{1});

@@ -3,9 +3,11 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <initializer_list>
 #include <vector>
 
 #include "lecalib/core/arena.hpp"
+#include "lecalib/segments/failed_lines.hpp"
 #include "lecalib/segments/line_fit.hpp"
 #include "lecalib/segments/line_growth.hpp"
 #include "lecalib/segments/line_merge.hpp"
@@ -113,7 +115,6 @@ TEST_CASE("line equations: the solution and its covariance are Eigen's") {
   float m[5];
   float covariance[15];
   REQUIRE(equations.solve(priors, 0.3F, m, covariance));
-  CHECK(equations.count() == 400);
   int k = 0;
   for (int i = 0; i < 5; ++i) {
     CHECK(double{m[i]} == doctest::Approx(expected(i)).epsilon(1e-4).scale(1));
@@ -121,6 +122,110 @@ TEST_CASE("line equations: the solution and its covariance are Eigen's") {
       CHECK(double{covariance[k++]} == doctest::Approx(inverse(i, j)).epsilon(1e-3).scale(0.01));
   }
   CHECK_FALSE(LineEquations().solve(priors, 1, m, nullptr));
+}
+
+TEST_CASE("line equations: events in one go weigh as they do one by one, whatever their number") {
+  Rng rng(11);
+  MovingLine line;
+  line.m[0] = 0.5F;
+  line.m[1] = 0.2F;
+  line.m[2] = -2;
+  line.m[3] = 0.3F;
+  line.m[4] = 0.1F;
+  constexpr float kBandPx = 1.5F;
+  std::vector<float> along(103), across(103), tau(103);
+  for (std::size_t i = 0; i < along.size(); ++i) {
+    along[i] = static_cast<float>(rng.uniform(-120, 120));
+    tau[i] = static_cast<float>(rng.uniform(-1, 1));
+    across[i] = line.offset(along[i], tau[i]) + static_cast<float>(normal(&rng));
+  }
+  for (const std::size_t count : {std::size_t{1}, std::size_t{4}, std::size_t{6}, std::size_t{103}}) {
+    const ListedEvents events{along.data(), across.data(), tau.data(), count};
+    LineEquations all;
+    LineEquations near;
+    all.add(events);
+    const WeightedSupport support = near.add_near(events, line, kBandPx);
+    LineEquations expected_all;
+    LineEquations expected_near;
+    WeightedSupport expected;
+    for (std::size_t i = 0; i < count; ++i) {
+      const float r = (across[i] - line.offset(along[i], tau[i])) / kBandPx;
+      const float weight = 1 - r * r;
+      expected_all.add(along[i], tau[i], across[i], 1);
+      if (weight <= 0) continue;
+      expected_near.add(along[i], tau[i], across[i], weight);
+      expected.events += 1;
+      expected.weight += weight;
+      expected.square += weight * r * r;
+    }
+    CHECK(support.events == expected.events);
+    CHECK(support.weight == doctest::Approx(expected.weight).epsilon(1e-5));
+    CHECK(support.square == doctest::Approx(expected.square).epsilon(1e-4));
+    const auto check_same = [](const LineEquations& a, const LineEquations& b) {
+      float of_a[5];
+      float of_b[5];
+      REQUIRE(a.solve({}, 1, of_a, nullptr));
+      REQUIRE(b.solve({}, 1, of_b, nullptr));
+      for (int i = 0; i < 5; ++i) CHECK(of_a[i] == doctest::Approx(of_b[i]).epsilon(1e-3).scale(1));
+    };
+    check_same(all, expected_all);
+    check_same(near, expected_near);
+  }
+}
+
+TEST_CASE("failed lines: a guess on one of them is told, from either way along it; others are not") {
+  MovingLine memory[2];
+  FailedLines failed(Span<MovingLine>(memory, 2));
+  MovingLine line;
+  line.cx = 100;
+  line.cy = 50;
+  line.ux = 0.6F;
+  line.uy = 0.8F;
+  line.m[2] = 3;
+  line.m[4] = 0.2F;
+  line.low[0] = line.low[1] = -60;
+  line.high[0] = line.high[1] = 40;
+  line.polarities = 2;
+  CHECK_FALSE(failed.holds(line));
+  failed.add(line);
+
+  const auto guess_at = [&](float s, float beside_px, float way) {
+    MovingLine guess;
+    const float d = line.offset(s, 0) + beside_px;
+    guess.cx = line.x(s, d);
+    guess.cy = line.y(s, d);
+    guess.ux = way * line.ux;
+    guess.uy = way * line.uy;
+    guess.m[2] = way * line.m[2];
+    guess.polarities = line.polarities;
+    return guess;
+  };
+  for (const float way : {1.0F, -1.0F}) {
+    for (const float s : {-55.0F, 0.0F, 35.0F}) CHECK(failed.holds(guess_at(s, 0.5F, way)));
+    CHECK_FALSE(failed.holds(guess_at(-65, 0, way)));
+    CHECK_FALSE(failed.holds(guess_at(45, 0, way)));
+    CHECK_FALSE(failed.holds(guess_at(0, 1.5F, way)));
+    MovingLine still = guess_at(0, 0, way);
+    still.m[2] = 0;
+    CHECK_FALSE(failed.holds(still));
+    MovingLine turned = guess_at(0, 0, way);
+    turned.ux = way * line.uy;
+    turned.uy = -way * line.ux;
+    CHECK_FALSE(failed.holds(turned));
+    MovingLine off = guess_at(0, 0, way);
+    off.polarities = 1;
+    CHECK_FALSE(failed.holds(off));
+  }
+
+  MovingLine other = line;
+  other.cx += 50;
+  failed.add(other);
+  CHECK(failed.holds(guess_at(0, 0, 1)));
+  failed.add(other);  // the oldest makes room
+  CHECK_FALSE(failed.holds(guess_at(0, 0, 1)));
+  FailedLines without_memory{Span<MovingLine>()};
+  without_memory.add(line);
+  CHECK_FALSE(without_memory.holds(line));
 }
 
 TEST_CASE("fit: a line that turns and moves is found from its middle third, to its ends") {
