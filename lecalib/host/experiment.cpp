@@ -62,7 +62,7 @@ const std::array<Sweep, 4>& sweeps() {
       {"noise",
        "a",
        "image noise",
-       "noise sigma, px",
+       "image noise, px",
        false,
        {0, 1, 2, 3, 4, 5},
        [](TrialOptions* options, double value) { options->sigma_px = value; }},

@@ -203,8 +203,9 @@ std::string experiments_markdown(const ExperimentResults& results) {
   if (!results.ablation.empty()) text += ablation_table(results);
   if (!results.sweeps.empty()) {
     text +=
-        "## Figure 4\n\nThe largest ratio of lecalib's median to the limit's is over R, T, fx, fy, cx and cy where "
-        "the limit is below 10 (degrees or percent); above, errors of first order say little.\n\n";
+        "## Figure 4\n\nThe largest ratio of lecalib's median to the limit's is over R, T, fx, fy and, but for S, "
+        "whose noise has a mean, cx and cy, where the limit is below 10 (degrees or percent); above, errors of first "
+        "order say little.\n\n";
   }
   for (const SweepResult& result : results.sweeps) text += sweep_section(result);
   return text;
