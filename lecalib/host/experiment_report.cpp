@@ -106,6 +106,36 @@ std::string ablation_table(const ExperimentResults& results) {
   return text + "\n";
 }
 
+/// How often the true value lies within the reported sigmas. Not for S: no sigma knows of its noise's mean.
+std::string sigma_table(const ExperimentResults& results) {
+  std::vector<std::string> head = {"trials", "accepted"};
+  for (std::size_t i = 0; i < kNumSigmas; ++i) head.emplace_back(kErrorNames[i + 2]);
+  std::string rows;
+  for (const AblationResult& result : results.ablation) {
+    if (result.protocol == Protocol::scripts) continue;
+    for (std::size_t scene = 0; scene < kNumScenes; ++scene) {
+      const SceneSummary& summary = result.summary.scenes[scene];
+      const std::size_t accepted = result.summary.trials - summary.failed - summary.refused;
+      std::vector<std::string> cells = {std::string(short_name(result.protocol)) + " " + kSceneNames[scene],
+                                        std::to_string(accepted)};
+      for (const std::array<std::size_t, 3>& within : summary.within) {
+        std::string shares;
+        for (const std::size_t count : within) {
+          const double share =
+              100.0 * static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(accepted, 1));
+          shares += (shares.empty() ? "" : " / ") + fixed(share, 1);
+        }
+        cells.push_back(shares);
+      }
+      rows += table_row(cells);
+    }
+  }
+  if (rows.empty()) return "";
+  return "## Reported sigma\n\nShare of the trials that lecalib accepted, neither failed nor refused, whose true value "
+         "lies within 1 / 2 / 3 of the reported sigmas, percent; 68.3 / 95.4 / 99.7 where sigma is true.\n\n" +
+         table_row(head) + table_row(std::vector<std::string>(head.size(), "---")) + rows + "\n";
+}
+
 /// The mean of the scripts' noise moves the principal point, and no method can tell.
 bool is_centre(std::size_t error) { return error == 4 || error == 5; }
 
@@ -200,7 +230,7 @@ std::string experiments_markdown(const ExperimentResults& results) {
       "can tell from a principal point half a pixel aside. *Good* trials have R below 5 degrees and T below 5 %. A "
       "*failed* trial has no camera and counts as an error larger than any other. A *refused* one has a camera that "
       "lecalib calls undetermined or implausible; its errors count as they are.\n\n";
-  if (!results.ablation.empty()) text += ablation_table(results);
+  if (!results.ablation.empty()) text += ablation_table(results) + sigma_table(results);
   if (!results.sweeps.empty()) {
     text +=
         "## Figure 4\n\nThe largest ratio of lecalib's median to the limit's is over R, T, fx, fy and, but for S, "

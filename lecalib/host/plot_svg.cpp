@@ -173,7 +173,8 @@ std::string draw_figure(const PlotFigure& figure) {
   svg += draw_legend(figure, kMargin + 0.5 * kBandWidth, kMargin + 72);
   for (std::size_t i = 0; i < figure.panels.size(); ++i) {
     const double left = kMargin + cell_width * static_cast<double>(i % figure.columns) + kLeft;
-    const double top = kMargin + kHeader + cell_height * static_cast<double>(i / figure.columns) + kAbove;
+    const std::size_t row = i / figure.columns;
+    const double top = kMargin + kHeader + cell_height * static_cast<double>(row) + kAbove;
     svg += draw_panel(figure, figure.panels[i], left, top);
     if (i + figure.columns < figure.panels.size()) continue;
     svg += text(left + 0.5 * kPlotWidth, top + kPlotHeight + 38, "middle", figure.x_label, " font-size=\"13\"");

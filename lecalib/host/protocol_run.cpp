@@ -2,6 +2,7 @@
 #include "lecalib/host/protocol_run.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "lecalib/host/heap_arena.hpp"
 #include "lecalib/host/parallel.hpp"
@@ -35,6 +36,14 @@ TrialErrors start_errors(const CalibrationData& data, const InitialGuessOptions&
   Status status = guess.step();
   while (status == Status::in_progress) status = guess.step();
   return status == Status::ok ? judge(guess.camera(), workspace.views[0].pose, trial, scene) : no_answer();
+}
+
+std::array<double, kNumSigmas> sigmas_off(const CalibrationResult& result, const Camera& truth) {
+  std::array<double, kNumSigmas> off{};
+  for (std::size_t i = 0; i < kNumSigmas; ++i) {
+    off[i] = std::abs(result.camera.*kIntrinsics[i] - truth.*kIntrinsics[i]) / result.sigma[i];
+  }
+  return off;
 }
 
 TrialErrors limit_errors(const Trial& trial, Span<const ModelLine> model) {
@@ -77,6 +86,7 @@ SceneOutcome run_scene(const Trial& trial, Scene scene, bool with_start) {
   if (outcome.status == Status::ok || is_refusal(outcome.status)) {
     errors(Stage::refined) = judge(solver.result().camera, solver.result().views[0].T_cam_world, trial, scene);
   }
+  if (outcome.status == Status::ok) outcome.sigmas_off = sigmas_off(solver.result(), trial.camera);
   errors(Stage::limit) = limit_errors(trial, model);
   return outcome;
 }
@@ -98,6 +108,14 @@ SceneSummary summarise(const std::vector<SceneOutcome>& outcomes) {
       ++summary.failed;
     }
     if (outcome.errors[static_cast<std::size_t>(Stage::limit)] == no_answer()) ++summary.without_limit;
+  }
+  for (const SceneOutcome& outcome : outcomes) {
+    if (outcome.status != Status::ok) continue;
+    for (std::size_t i = 0; i < kNumSigmas; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        summary.within[i][k] += outcome.sigmas_off[i] <= static_cast<double>(k + 1) ? 1 : 0;
+      }
+    }
   }
   std::vector<double> values(outcomes.size());
   for (std::size_t s = 0; s < kNumStages; ++s) {

@@ -24,10 +24,14 @@ enum class Stage : std::uint8_t { start, refined, limit };
 inline constexpr std::size_t kNumStages = 3;
 inline constexpr const char* kStageNames[kNumStages] = {"initial", "refined", "limit"};
 
+/// Intrinsics whose reported sigma is looked at: fx fy cx cy k1 k2.
+inline constexpr std::size_t kNumSigmas = 6;
+
 /// One trial with one of its models.
 struct SceneOutcome {
-  std::array<TrialErrors, kNumStages> errors;  ///< by Stage; no_answer() where there is none
-  Status status = Status::in_progress;         ///< of the solver
+  std::array<TrialErrors, kNumStages> errors;   ///< by Stage; no_answer() where there is none
+  Status status = Status::in_progress;          ///< of the solver
+  std::array<double, kNumSigmas> sigmas_off{};  ///< errors in sigmas that the solver reports; where status is ok
 };
 
 /// All twelve parameters free and without any prior, as the limit has it. The solver finds its own start.
@@ -43,7 +47,9 @@ struct StageSummary {
 struct SceneSummary {
   std::array<StageSummary, kNumStages> stages;  ///< by Stage
   std::size_t failed = 0;                       ///< without a camera: count as larger than any other error
-  std::size_t refused = 0;        ///< with a camera that the solver calls implausible or undetermined: its errors count
+  std::size_t refused = 0;  ///< with a camera that the solver calls implausible or undetermined: its errors count
+  /// Of the trials that neither failed nor were refused, those whose true value is within 1, 2 and 3 reported sigmas.
+  std::array<std::array<std::size_t, 3>, kNumSigmas> within{};
   std::size_t without_limit = 0;  ///< trials that leave a parameter undetermined at the truth
 };
 

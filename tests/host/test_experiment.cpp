@@ -32,6 +32,7 @@ TrialsSummary made_up(double refined, double limit) {
     scene.stages[static_cast<std::size_t>(Stage::refined)].good = 2;
     scene.failed = 3;
     scene.refused = 1;
+    for (auto& within : scene.within) within = {1, 2, 3};
   }
   return summary;
 }
@@ -124,6 +125,8 @@ TEST_CASE("experiment report: the text shows failures, the paper's table beside 
   CHECK(contains(text, "planar: 15 of 40 trials failed, 5 refused, largest ratio to the limit 1.500;"));
   results.ablation[0].protocol = Protocol::text;
   CHECK_FALSE(contains(experiments_markdown(results), "[Liu24] refined"));
+  CHECK(contains(experiments_markdown(results), "| T planar | 4 | 25.0 / 50.0 / 75.0 |"));
+  CHECK_FALSE(contains(text, "Reported sigma"));
 }
 
 TEST_CASE(

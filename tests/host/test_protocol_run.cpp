@@ -46,8 +46,8 @@ TEST_CASE("protocol run: failures, refusals and good trials are counted, and fai
   const TrialErrors near = {1, 1, 1, 1, 1, 1, 1, 1};
   const TrialErrors far = {9, 9, 9, 9, 9, 9, 9, 9};
   const std::vector<SceneOutcome> outcomes = {
-      {{far, near, near}, Status::ok},
-      {{far, far, near}, Status::undetermined},
+      {{far, near, near}, Status::ok, {0.5, 1.5, 2.5, 3.5, 1, 2}},
+      {{far, far, near}, Status::undetermined, {0, 0, 0, 0, 0, 0}},
       {{no_answer(), far, near}, Status::implausible_result},
       {{far, no_answer(), near}, Status::not_converged},
       {{far, no_answer(), no_answer()}, Status::degenerate_geometry},
@@ -59,6 +59,9 @@ TEST_CASE("protocol run: failures, refusals and good trials are counted, and fai
   CHECK(summary.stages[kStart].good == 0);
   CHECK(summary.stages[kRefined].good == 1);
   CHECK(summary.stages[kLimit].good == 4);
+  using Counts = std::array<std::size_t, 3>;
+  CHECK(summary.within ==
+        std::array<Counts, kNumSigmas>{{{1, 1, 1}, {0, 1, 1}, {0, 0, 1}, {0, 0, 0}, {1, 1, 1}, {0, 1, 1}}});
   CHECK(summary.stages[kStart].median == far);
   CHECK(summary.stages[kRefined].median == far);
   CHECK(summary.stages[kLimit].median == near);
@@ -100,6 +103,23 @@ TEST_CASE("protocol run: with little noise the solver is off by what the limit s
   CHECK(trials >= 70);
   // The solver's loss leaves the square at three sigmas, where one point in 370 lies: seven of eight trials have none.
   CHECK(alike >= 0.75 * trials);
+}
+
+TEST_CASE("protocol run: errors in sigmas are those of the camera that the solver returns") {
+  Trial trial = draw_trial(default_trial(Protocol::text), 5);
+  const SceneOutcome outcome = run_scene(trial, Scene::spatial, false);
+  REQUIRE(outcome.status == Status::ok);
+  for (std::size_t i = 0; i < kNumSigmas; ++i) {
+    CHECK(outcome.sigmas_off[i] > 0);
+    CHECK(outcome.sigmas_off[i] < 5);
+  }
+  // The same camera, twice as uncertain.
+  for (LinePoint& point : trial.points) point.sigma_px *= 2;
+  const SceneOutcome wider = run_scene(trial, Scene::spatial, false);
+  for (std::size_t i = 0; i < kNumSigmas; ++i) {
+    const double error = outcome.errors[kRefined][i + 2] / wider.errors[kRefined][i + 2];
+    CHECK(wider.sigmas_off[i] * error == doctest::Approx(0.5 * outcome.sigmas_off[i]).epsilon(0.25));
+  }
 }
 
 TEST_CASE("protocol run: what a trial gives depends on its seed alone, not on the number of threads") {
