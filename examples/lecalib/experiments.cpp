@@ -50,11 +50,14 @@ void write(const std::string& folder, const std::string& name, const std::string
   std::printf("%s\n", path.c_str());
 }
 
+host::ExperimentResults run_with_progress(const host::ExperimentOptions& options) {
+  Progress progress("running trials");
+  return host::run_experiments(options, [&](double done) { progress.update(done); });
+}
+
 void run(const Arguments& arguments) {
   check(host::make_folder(arguments.out));
-  const host::ExperimentOptions options = chosen(arguments);
-  Progress progress("running trials");
-  const host::ExperimentResults results = host::run_experiments(options, [&](double done) { progress.update(done); });
+  const host::ExperimentResults results = run_with_progress(chosen(arguments));
   write(arguments.out, "experiments.csv", experiments_csv(results));
   write(arguments.out, "experiments.md", experiments_markdown(results));
   for (const host::SweepResult& sweep : results.sweeps) write(arguments.out, svg_name(sweep), sweep_svg(sweep));
