@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 #include "lecalib/host/plot_svg.hpp"
 #include "lecalib/host/text.hpp"
@@ -51,7 +52,8 @@ void add_csv_rows(const std::string& experiment, const TrialOptions& trial, cons
         *csv += "," + (std::isfinite(value) ? shortest(value) : "inf");
       }
       *csv += "," + shortest(good_pct(summary, scene, stage));
-      for (const std::size_t count : {summary.trials, of_scene.failed, of_scene.refused, of_scene.without_limit}) {
+      for (const std::size_t count :
+           {summary.trials, of_scene.stages[stage].failed, stage == kRefined ? of_scene.refused : 0}) {
         *csv += "," + std::to_string(count);
       }
       *csv += "\n";
@@ -84,9 +86,8 @@ void add_ablation_rows(const AblationResult& result, std::string* text) {
         cells.push_back(number(of_scene.stages[stage].median[e], e == 0 ? 3 : 2));
       }
       cells.push_back(fixed(good_pct(summary, scene, stage), 1));
-      const bool refined = stage == kRefined;
-      cells.push_back(refined ? std::to_string(of_scene.failed) : "");
-      cells.push_back(refined ? std::to_string(of_scene.refused) : "");
+      cells.push_back(std::to_string(of_scene.stages[stage].failed));
+      cells.push_back(stage == kRefined ? std::to_string(of_scene.refused) : "");
       *text += table_row(cells);
       if (result.protocol == Protocol::scripts && stage < kLimit) add_paper_row(scene, stage, text);
     }
@@ -115,14 +116,13 @@ std::string sigma_table(const ExperimentResults& results) {
     if (result.protocol == Protocol::scripts) continue;
     for (std::size_t scene = 0; scene < kNumScenes; ++scene) {
       const SceneSummary& summary = result.summary.scenes[scene];
-      const std::size_t accepted = result.summary.trials - summary.failed - summary.refused;
       std::vector<std::string> cells = {std::string(short_name(result.protocol)) + " " + kSceneNames[scene],
-                                        std::to_string(accepted)};
+                                        std::to_string(summary.accepted)};
       for (const std::array<std::size_t, 3>& within : summary.within) {
         std::string shares;
         for (const std::size_t count : within) {
           const double share =
-              100.0 * static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(accepted, 1));
+              100.0 * static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(summary.accepted, 1));
           shares += (shares.empty() ? "" : " / ") + fixed(share, 1);
         }
         cells.push_back(shares);
@@ -159,7 +159,7 @@ std::string sweep_counts(const SweepResult& result, std::size_t scene) {
   std::size_t refused = 0;
   for (const TrialsSummary& point : result.points) {
     trials += point.trials;
-    failed += point.scenes[scene].failed;
+    failed += point.scenes[scene].stages[kRefined].failed;
     refused += point.scenes[scene].refused;
   }
   return std::string(kSceneNames[scene]) + ": " + std::to_string(failed) + " of " + std::to_string(trials) +
@@ -202,7 +202,7 @@ std::string experiments_csv(const ExperimentResults& results) {
   for (const char* column : {"R_deg", "T_pct", "fx_pct", "fy_pct", "cx_pct", "cy_pct", "k1_1e-3", "k2_1e-3"}) {
     csv += std::string(",") + column;
   }
-  csv += ",good_pct,trials,failed,refused,without_limit\n";
+  csv += ",good_pct,trials,failed,refused\n";
   for (const AblationResult& result : results.ablation) {
     add_csv_rows("ablation", default_trial(result.protocol), result.summary, Stage::start, &csv);
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 #include "lecalib/host/exponential.hpp"
 #include "lecalib/host/text.hpp"

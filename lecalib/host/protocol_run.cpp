@@ -102,15 +102,9 @@ double median(std::vector<double> values) {
 SceneSummary summarise(const std::vector<SceneOutcome>& outcomes) {
   SceneSummary summary;
   for (const SceneOutcome& outcome : outcomes) {
-    if (is_refusal(outcome.status)) {
-      ++summary.refused;
-    } else if (outcome.status != Status::ok) {
-      ++summary.failed;
-    }
-    if (outcome.errors[static_cast<std::size_t>(Stage::limit)] == no_answer()) ++summary.without_limit;
-  }
-  for (const SceneOutcome& outcome : outcomes) {
+    summary.refused += is_refusal(outcome.status) ? 1 : 0;
     if (outcome.status != Status::ok) continue;
+    ++summary.accepted;
     for (std::size_t i = 0; i < kNumSigmas; ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         summary.within[i][k] += outcome.sigmas_off[i] <= static_cast<double>(k + 1) ? 1 : 0;
@@ -123,7 +117,10 @@ SceneSummary summarise(const std::vector<SceneOutcome>& outcomes) {
       for (std::size_t i = 0; i < outcomes.size(); ++i) values[i] = outcomes[i].errors[s][e];
       summary.stages[s].median[e] = median(values);
     }
-    for (const SceneOutcome& outcome : outcomes) summary.stages[s].good += is_good(outcome.errors[s]) ? 1 : 0;
+    for (const SceneOutcome& outcome : outcomes) {
+      summary.stages[s].good += is_good(outcome.errors[s]) ? 1 : 0;
+      summary.stages[s].failed += outcome.errors[s] == no_answer() ? 1 : 0;
+    }
   }
   return summary;
 }

@@ -41,16 +41,16 @@ SceneOutcome run_scene(const Trial& trial, Scene scene, bool with_start);
 /// Over the trials of one arrangement.
 struct StageSummary {
   TrialErrors median{};
-  std::size_t good = 0;  ///< trials with is_good()
+  std::size_t good = 0;    ///< trials with is_good()
+  std::size_t failed = 0;  ///< trials with no_answer(): count as larger than any other error
 };
 
 struct SceneSummary {
   std::array<StageSummary, kNumStages> stages;  ///< by Stage
-  std::size_t failed = 0;                       ///< without a camera: count as larger than any other error
-  std::size_t refused = 0;  ///< with a camera that the solver calls implausible or undetermined: its errors count
-  /// Of the trials that neither failed nor were refused, those whose true value is within 1, 2 and 3 reported sigmas.
+  std::size_t refused = 0;   ///< with a camera that the solver calls implausible or undetermined: its errors count
+  std::size_t accepted = 0;  ///< solver's status ok
+  /// Of the accepted ones, those whose true value is within 1, 2 and 3 reported sigmas.
   std::array<std::array<std::size_t, 3>, kNumSigmas> within{};
-  std::size_t without_limit = 0;  ///< trials that leave a parameter undetermined at the truth
 };
 
 struct TrialsSummary {

@@ -30,7 +30,8 @@ TrialsSummary made_up(double refined, double limit) {
     scene.stages[static_cast<std::size_t>(Stage::refined)].median.fill(refined);
     scene.stages[static_cast<std::size_t>(Stage::limit)].median.fill(limit);
     scene.stages[static_cast<std::size_t>(Stage::refined)].good = 2;
-    scene.failed = 3;
+    scene.stages[static_cast<std::size_t>(Stage::refined)].failed = 3;
+    scene.accepted = 4;
     scene.refused = 1;
     for (auto& within : scene.within) within = {1, 2, 3};
   }

@@ -22,9 +22,10 @@ bool same(const TrialsSummary& a, const TrialsSummary& b) {
   for (std::size_t scene = 0; scene < kNumScenes; ++scene) {
     const SceneSummary& x = a.scenes[scene];
     const SceneSummary& y = b.scenes[scene];
-    same = same && x.failed == y.failed && x.refused == y.refused && x.without_limit == y.without_limit;
+    same = same && x.refused == y.refused && x.accepted == y.accepted && x.within == y.within;
     for (std::size_t stage = 0; stage < kNumStages; ++stage) {
-      same = same && x.stages[stage].median == y.stages[stage].median && x.stages[stage].good == y.stages[stage].good;
+      same = same && x.stages[stage].median == y.stages[stage].median && x.stages[stage].good == y.stages[stage].good &&
+             x.stages[stage].failed == y.stages[stage].failed;
     }
   }
   return same;
@@ -53,9 +54,11 @@ TEST_CASE("protocol run: failures, refusals and good trials are counted, and fai
       {{far, no_answer(), no_answer()}, Status::degenerate_geometry},
   };
   const SceneSummary summary = summarise(outcomes);
-  CHECK(summary.failed == 2);
+  CHECK(summary.accepted == 1);
+  CHECK(summary.stages[kStart].failed == 1);
+  CHECK(summary.stages[kRefined].failed == 2);
+  CHECK(summary.stages[kLimit].failed == 1);
   CHECK(summary.refused == 2);
-  CHECK(summary.without_limit == 1);
   CHECK(summary.stages[kStart].good == 0);
   CHECK(summary.stages[kRefined].good == 1);
   CHECK(summary.stages[kLimit].good == 4);
