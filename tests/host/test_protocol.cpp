@@ -190,6 +190,14 @@ TEST_CASE("protocol: the same seed gives the same bits, and the same scene for e
   }
 }
 
+TEST_CASE("protocol: a trial has these bits on every target") {
+  const Trial trial = draw_trial(default_trial(Protocol::physical), trial_seed(1, 0));
+  CHECK(trial.points.back().u_px == 127.38269852354651);
+  CHECK(trial.points.back().v_px == 346.81823412096924);
+  CHECK(trial.planar.back().q[0] == -3.46172759311665);
+  CHECK(trial.spatial.back().q[2] == -0.8697001314306658);
+}
+
 TEST_CASE("protocol: trials of a run and of neighbouring runs have seeds of their own") {
   std::set<std::uint64_t> seeds;
   for (std::uint64_t run = 0; run < 20; ++run) {
