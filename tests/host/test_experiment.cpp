@@ -38,6 +38,7 @@ TrialsSummary made_up(double refined, double limit) {
   return summary;
 }
 
+/// Views of `csv`.
 std::vector<std::vector<Field>> rows_of(const std::string& csv) {
   std::vector<std::vector<Field>> rows;
   LineReader reader(csv);
@@ -98,7 +99,8 @@ TEST_CASE("experiment report: the CSV has a row per arrangement, scene and stage
   ExperimentResults results;
   results.ablation = {{Protocol::scripts, made_up(1.5, 1)}};
   results.sweeps = {{&sweeps()[3], Protocol::physical, std::vector<TrialsSummary>(5, made_up(no_answer()[0], 1))}};
-  const auto rows = rows_of(experiments_csv(results));
+  const std::string csv = experiments_csv(results);
+  const auto rows = rows_of(csv);
   REQUIRE(rows.size() == 1 + 2 * 3 + 5 * 2 * 2);
   for (const auto& row : rows) CHECK(row.size() == rows[0].size());
   CHECK(rows[2][0].text == "ablation");
