@@ -138,6 +138,7 @@ MaybeError make_folder(const std::string& path) {
   std::filesystem::create_directories(path, code);
   if (code) return system_error(path, "make the folder", code.value());
   if (!std::filesystem::is_directory(path, code)) return Error{"is not a folder", path};
+  if (::access(path.c_str(), W_OK | X_OK) != 0) return system_error(path, "write to the folder", errno);
   return std::nullopt;
 }
 

@@ -43,7 +43,8 @@ MaybeError write_file(const std::string& path, std::string_view content);
 /// number of writers and are never the same.
 bool is_same_file(const std::string& a, const std::string& b);
 
-/// Makes `path` a folder if it is none, with its parents.
+/// Makes `path` a folder if it is none, with its parents. Refuses one that takes no files, so that long work does not
+/// find out at its end.
 MaybeError make_folder(const std::string& path);
 
 }  // namespace lecalib::host

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "lecalib/host/line_events.hpp"
+#include "lecalib/host/svg_text.hpp"
 #include "lecalib/host/text.hpp"
 
 namespace lecalib::host {
@@ -23,21 +24,6 @@ constexpr const char* kLineOn[] = {"#63d471", "#ff6fb5", "#ff9147", "#a98bff", "
 constexpr const char* kLineOff[] = {"#3a9147", "#b8447c", "#b9632a", "#7359bd", "#2a918a", "#a08574", "#9a54aa"};
 constexpr std::size_t kNumLineColours = 7;
 static_assert(sizeof(kLineOn) == kNumLineColours * sizeof(kLineOn[0]) && sizeof(kLineOff) == sizeof(kLineOn));
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else
-      out += c;
-  }
-  return out;
-}
 
 /// What a pixel shows: OFF and ON events of no line, then OFF and ON of each line's.
 using PixelClass = std::size_t;
@@ -143,7 +129,7 @@ std::string draw_window(const EventWindow& events, const LineWindow& lines, cons
   svg += path(lines_path(lines.lines, &EventLine::begin), kBeginColour, line_width, " stroke-linecap=\"round\"");
   svg += path(lines_path(lines.lines, &EventLine::end), kEndColour, line_width, " stroke-linecap=\"round\"");
   svg += "<g font-family=\"sans-serif\" font-size=\"" + number(18 * unit) + "\" fill=\"#e8e8e8\">\n";
-  svg += text(22, escaped(caption));
+  svg += text(22, svg_text(caption));
   svg += text(46, word(kOnColour, "ON events") + " " + word(kOffColour, "OFF events") + " " +
                       word(kLineOn[0], "events of") + " " + word(kLineOn[1], "one line") + " " +
                       word(kLineOn[2], "each") + " (OFF darker) " + word(kBeginColour, "lines at the window's begin") +
