@@ -48,12 +48,11 @@ bool extend(const EventCloud& cloud, const ExtensionOptions& options, const Grow
   if (!grow_line(cloud, growth_options, fit_options.priors, workspace, filter, &longer)) return false;
   if (longer.highest() - longer.lowest() < line->highest() - line->lowest() + options.min_gain_px) return false;
   longer.thickness_px = line->thickness_px;
-  const FitClaim claim{line->id, filter, 1};
-  if (fit_line(cloud, fit_options, workspace, claim, &longer) != FitOutcome::accepted) return false;
-  if (longer.length() < line->length() + options.min_gain_px ||
-      longer.thickness_px > options.max_thickening * line->thickness_px) {
-    return false;
-  }
+  // A fit that is accepted has taken its events: what makes the extension not worth while must refuse it before.
+  LineFitOptions fit = fit_options;
+  fit.max_thickness_px = std::min(fit.max_thickness_px, options.max_thickening * line->thickness_px);
+  fit.min_length_px = std::max(min_line_length(fit, cloud.width, cloud.height), line->length() + options.min_gain_px);
+  if (fit_line(cloud, fit, workspace, {line->id, filter, 1}, &longer) != FitOutcome::accepted) return false;
   *line = longer;
   return true;
 }
