@@ -120,7 +120,6 @@ std::size_t fit_guesses(const EventCloud& cloud, Span<const PlaneLine> guesses, 
     MovingLine line;
     if (!line_between(guess.begin, guess.end, &line)) continue;
     line.polarities = guess.polarity != 0 ? 2 : 1;
-    line.events = static_cast<std::uint32_t>(guess.support);
     lines.add(line);
   }
   return lines.count();

@@ -38,6 +38,11 @@ class LineGrower {
     line_.low[0] = line_.low[1] = line_.lowest();
     line_.high[0] = line_.high[1] = line_.highest();
     if (!(length() > 0)) return false;
+    if (line_.events == 0) {
+      gather(line_.low[0], line_.high[0], line_.polarities, 1);
+      line_.events = static_cast<std::uint32_t>(count_);
+      count_ = 0;
+    }
     stride_ = static_cast<std::uint32_t>(std::max(1.0F, static_cast<float>(line_.events) / (kEnoughPerPx * length())));
     gather(line_.low[0], line_.high[0], line_.polarities, 1);
     if (count_ * stride_ < options_.min_events) return false;
