@@ -16,7 +16,7 @@ struct GrowthOptions {
   float min_density = 0.3F;      ///< of the line's own density: less is no support, 0 to 1
   float min_over_noise = 1.5F;   ///< support in units of the noise floor
   float other_polarity_px = 16;  ///< a line goes on in the other polarity (checkerboards) if for so long, px; 0: never
-  float min_other_polarity_evidence = 12;  ///< ... and if its events there are no noise, nats
+  float min_other_polarity_evidence = 28;  ///< ... and if its events there are no noise, nats
   std::uint32_t min_events = 10;           ///< in the first guess
 };
 
