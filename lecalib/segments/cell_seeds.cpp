@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace lecalib {
 namespace {
@@ -13,6 +14,7 @@ constexpr float kScoreFloorPx2 = 0.25F;    // thickness below which all edges ar
 constexpr float kMinTimeVariance = 1e-3F;  // of tau: events of one instant tell no speed
 constexpr float kMinVariancePx2 = 0.05F;
 constexpr int kRefineRounds = 4;
+constexpr float kTwinVariancePx2 = 0.6F;  // thinner edges are one
 
 /// The edge of a block: a line that moves with (vx, vy) per unit of tau.
 struct BlockEdge {
@@ -139,6 +141,46 @@ float sum_block(const EventCloud& cloud, std::uint32_t block, Span<const std::ui
   return free_events;
 }
 
+/// Of two parallel edges that share a block, a regression sees one thick edge midway between them.
+/// @param[in,out] edge  put on the denser one of the two
+/// @return half of the way between them, px; 0, edge unchanged, where there are no two
+float choose_twin(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner, float ox, float oy,
+                  BlockEdge* edge) {
+  constexpr int kBins = 24;
+  constexpr float kBinPx = 0.5F;
+  constexpr int kLeastApart = 4;       // bins: nearer edges are one to a sensor's pixels
+  constexpr float kLeastOther = 0.3F;  // of the denser edge's peak
+  constexpr float kMaxValley = 0.4F;   // of the other's
+  float counts[kBins + 2] = {};
+  for (const std::uint32_t cell : {block, block + cloud.cols}) {
+    for (std::uint32_t i = cloud.cell_start[cell]; i < cloud.cell_start[cell + 2]; ++i) {
+      if (owner[i] != 0) continue;
+      const float d = (static_cast<float>(cloud.y[i]) - oy - edge->my) * edge->ux -
+                      (static_cast<float>(cloud.x[i]) - ox - edge->mx) * edge->uy -
+                      (cloud.tau(i) - edge->mt) * edge->speed;
+      const int bin = static_cast<int>(d / kBinPx + 0.5F * kBins);
+      if (d > -0.5F * kBins * kBinPx && bin < kBins) counts[bin + 1] += 1;
+    }
+  }
+  float smooth[kBins];
+  int first = 0;
+  for (int b = 0; b < kBins; ++b) {
+    smooth[b] = counts[b] + 2 * counts[b + 1] + counts[b + 2];
+    if (smooth[b] > smooth[first]) first = b;
+  }
+  int second = -1;
+  for (int b = 0; b < kBins; ++b) {
+    if (std::abs(b - first) >= kLeastApart && (second < 0 || smooth[b] > smooth[second])) second = b;
+  }
+  float valley = smooth[second];
+  for (int b = std::min(first, second); b <= std::max(first, second); ++b) valley = std::min(valley, smooth[b]);
+  if (smooth[second] < kLeastOther * smooth[first] || valley > kMaxValley * smooth[second]) return 0;
+  const float shift = (static_cast<float>(first) + 0.5F - 0.5F * kBins) * kBinPx;
+  edge->mx -= shift * edge->uy;
+  edge->my += shift * edge->ux;
+  return 0.5F * kBinPx * static_cast<float>(std::abs(first - second));
+}
+
 /// Whether the band holds more events than chance would put there.
 bool stands_out(const CellMoments& m, float free_events, float band_px, float noise_floor, const SeedOptions& options) {
   constexpr float kBlockArea = 4 * kCell * kCell;
@@ -191,12 +233,18 @@ bool refine_seed(const EventCloud& cloud, const SeedOptions& options, const Cell
   CellMoments m{};
   BlockEdge edge{};
   float band_px = 0;
+  float max_band_px = 1e9F;
   float free_events = 0;
   for (int round = 0; round < kRefineRounds; ++round) {
     free_events = sum_block(cloud, seed.block, owner, ox, oy, round == 0 ? nullptr : &edge, band_px, &m);
     if (m.n < static_cast<float>(options.min_events) || !edge_of(m, &edge)) return false;
     const float sigma = std::sqrt(std::max(edge.across, kMinVariancePx2));
+    if (round == 0 && edge.across > kTwinVariancePx2) {
+      const float apart = choose_twin(cloud, seed.block, owner, ox, oy, &edge);
+      if (apart > 0) max_band_px = apart;
+    }
     band_px = round == 0 ? std::clamp(2.2F * sigma, 2.0F, 4.0F) : std::clamp(2.5F * sigma, 1.5F, 2.8F);
+    band_px = std::min(band_px, max_band_px);
   }
   if (edge.across > options.max_variance_px2 || edge.along < options.min_elongation * std::max(edge.across, 1.0F) ||
       m.n < options.min_share * free_events ||

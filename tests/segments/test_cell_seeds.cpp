@@ -54,6 +54,35 @@ double distance(const MovingEdge& edge, float tau, double x, double y) {
 
 }  // namespace
 
+TEST_CASE("seeds: of two parallel edges in one block one is taken, not the middle between them") {
+  SceneOptions scene;
+  scene.events_per_px = 10;
+  for (const float apart : {3.5F, 5.0F, 7.0F}) {
+    const MovingEdge one = {{60, 50, 260, 60}, {60, 55, 260, 65}, 1};
+    MovingEdge other = one;
+    for (Segment* end : {&other.begin, &other.end}) {
+      end->y1 += apart;
+      end->y2 += apart;
+    }
+    const std::vector<Event> events = make_events({one, other}, scene);
+    CloudOf cloud(scene, events);
+    Seeds seeds(scene, cloud.cloud);
+    REQUIRE(seeds.count >= 20);
+    std::size_t lines = 0;
+    std::size_t wrong = 0;
+    for (const CellSeed& seed : seeds.workspace.seeds.first(seeds.count)) {
+      MovingLine line;
+      if (!refine_seed(cloud.cloud, {}, seed, seeds.owner, &line)) continue;
+      ++lines;
+      const auto x = static_cast<double>(line.x(0, line.offset(0, 0)));
+      const auto y = static_cast<double>(line.y(0, line.offset(0, 0)));
+      wrong += std::min(distance(one, 0, x, y), distance(other, 0, x, y)) < 1.0 ? 0U : 1U;
+    }
+    CHECK(lines >= 65);  // the edges cross 100 blocks, of which some hold only the rim of one
+    CHECK(wrong * 10 <= lines);
+  }
+}
+
 TEST_CASE("seeds: the best blocks lie on the edge, and refining them gives its place and motion") {
   SceneOptions scene;
   scene.noise_events = 1000;
