@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 namespace lecalib {
 namespace {
@@ -170,7 +169,8 @@ float choose_twin(const EventCloud& cloud, std::uint32_t block, Span<const std::
   }
   int second = -1;
   for (int b = 0; b < kBins; ++b) {
-    if (std::abs(b - first) >= kLeastApart && (second < 0 || smooth[b] > smooth[second])) second = b;
+    if ((b <= first - kLeastApart || b >= first + kLeastApart) && (second < 0 || smooth[b] > smooth[second]))
+      second = b;
   }
   float valley = smooth[second];
   for (int b = std::min(first, second); b <= std::max(first, second); ++b) valley = std::min(valley, smooth[b]);
@@ -178,7 +178,7 @@ float choose_twin(const EventCloud& cloud, std::uint32_t block, Span<const std::
   const float shift = (static_cast<float>(first) + 0.5F - 0.5F * kBins) * kBinPx;
   edge->mx -= shift * edge->uy;
   edge->my += shift * edge->ux;
-  return 0.5F * kBinPx * static_cast<float>(std::abs(first - second));
+  return 0.5F * kBinPx * std::fabs(static_cast<float>(first - second));
 }
 
 /// Whether the band holds more events than chance would put there.

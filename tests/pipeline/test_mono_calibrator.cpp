@@ -168,12 +168,12 @@ TEST_CASE("a recording of a box calibrates its camera without a hint, without th
     REQUIRE(run(&calibrator, events) == Status::ok);
     CalibrationResult result;
     REQUIRE(calibrator.result(&result) == Status::ok);
-    // truth.json: fx 300.88, fy 300.86, cx 189.64, cy 132.88. 2 % and 4 sigma.
+    // truth.json: fx 300.88, fy 300.86, cx 189.64, cy 132.88. 4 sigma, and 2 % of f or 3 % of the image.
     const double truth[4] = {300.876, 300.855, 189.642, 132.878};
     for (std::size_t i = 0; i < 4; ++i) {
       const double error = std::abs(result.camera.*kIntrinsics[i] - truth[i]);
       CHECK(error < 4 * result.sigma[i]);
-      CHECK(error < 0.02 * 346);
+      CHECK(error < (i < 2 ? 0.02 * 300 : 0.03 * 346));
     }
     CHECK(calibrator.views().size() == result.views.size());
     CHECK(calibrator.stats().windows_matched >= 10);
