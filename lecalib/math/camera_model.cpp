@@ -12,12 +12,23 @@ double radial_slope(const Camera& c, double q) { return 1.0 + q * (3.0 * c.k1 + 
 
 double radial_factor(const Camera& c, double q) { return 1.0 + q * (c.k1 + q * (c.k2 + q * c.k3)); }
 
-/// The root of radial_slope in [low, high], where it falls from above to below zero exactly once.
-double bisect_slope(const Camera& c, double low, double high) {
+double slope_change(const Camera& c, double q) { return 3.0 * c.k1 + q * (10.0 * c.k2 + q * 21.0 * c.k3); }
+
+/// The root of radial_slope in [low, high], where it falls from above to below zero exactly once, from below: by Newton
+/// steps, halving where one leaves the bracket.
+double root_of_slope(const Camera& c, double low, double high) {
+  double q = 0.5 * (low + high);
   for (int i = 0; i < 200 && high - low > 1e-16 * high; ++i) {
-    const double middle = 0.5 * (low + high);
-    if (middle <= low || middle >= high) break;
-    (radial_slope(c, middle) > 0.0 ? low : high) = middle;
+    const double slope = radial_slope(c, q);
+    (slope > 0.0 ? low : high) = q;
+    double next = q - slope / slope_change(c, q);
+    if (!(next > low && next < high)) next = 0.5 * (low + high);
+    if (next <= low || next >= high) break;
+    if (std::abs(next - q) <= 1e-15 * q) {
+      const double below = next * (1.0 - 4e-15);  // Newton may come from either side
+      return radial_slope(c, below) > 0.0 ? below : low;
+    }
+    q = next;
   }
   return low;
 }
@@ -51,7 +62,7 @@ double valid_radius(const Camera& c) {
   }
   double low = 0.0;
   for (const double high : stations) {
-    if (!(radial_slope(c, high) > 0.0)) return std::sqrt(bisect_slope(c, low, high));
+    if (!(radial_slope(c, high) > 0.0)) return std::sqrt(root_of_slope(c, low, high));
     low = high;
   }
   return kUnboundedRadius;
@@ -121,10 +132,11 @@ double undistort_radius(const Camera& c, double distorted_radius, double radius_
   return r;
 }
 
-bool unproject(const Camera& c, const Vec2& pixel, Vec2* ideal) {
+bool unproject(const Camera& c, const Vec2& pixel, Vec2* ideal) { return unproject(c, valid_radius(c), pixel, ideal); }
+
+bool unproject(const Camera& c, double limit, const Vec2& pixel, Vec2* ideal) {
   const Vec2 distorted((pixel(0) - c.cx) / c.fx, (pixel(1) - c.cy) / c.fy);
   if (!is_finite(distorted)) return false;
-  const double limit = valid_radius(c);
   const double distorted_radius = distorted.norm();
   const double r = undistort_radius(c, distorted_radius, limit);
   Vec2 x = distorted_radius > 0.0 ? Vec2(distorted * (r / distorted_radius)) : distorted;

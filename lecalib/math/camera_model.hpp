@@ -42,6 +42,9 @@ bool project(const Camera& camera, const Vec3& x_cam, Vec2* pixel, Mat23* d_poin
 /// @return false, *ideal unchanged, where no point of the un-folded branch has this image
 bool unproject(const Camera& camera, const Vec2& pixel, Vec2* ideal);
 
+/// As above, for loops that hold `radius_limit` = valid_radius(camera).
+bool unproject(const Camera& camera, double radius_limit, const Vec2& pixel, Vec2* ideal);
+
 /// The ideal radius in [0, radius_limit] whose distorted radius is `distorted_radius` (p1, p2 left aside);
 /// radius_limit, at most valid_radius(), where it lies beyond.
 /// @param tolerance relative, of the last Newton step

@@ -13,6 +13,9 @@ constexpr std::size_t kMinPosedLines = 3;
 /// Fewer degrees of freedom than this say nothing about the scale of the residuals.
 constexpr double kMinScaleDof = 10.0;
 
+/// Where the refinement by squares may stop: it only gives the scale of the residuals and a start for what follows.
+constexpr double kSquaresTolerance = 1e-3;
+
 /// Spread, in sigmas, below which residuals are rounding.
 constexpr double kMinSpread = 1e-6;
 
@@ -88,6 +91,7 @@ void MonoSolver::begin_refinement(const Camera& camera) {
   policy_ = choose_policy(data_.width, data_.height, geometry, views_used_, options_.policy);
   RefineOptions refine = options_.refine;
   refine.loss = Loss::squared;
+  refine.decrease_tolerance = std::max(refine.decrease_tolerance, kSquaresTolerance);
   Camera start = camera;
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     if (!policy_.free[i]) start.*kIntrinsics[i] = policy_.prior_mean[i];
@@ -122,6 +126,7 @@ Status MonoSolver::step_refinement() {
     // Trusted sigmas are only ever widened, and the priors stay in proportion to them.
     const double spread = residual_spread();
     const double scale = options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread;
+    refiner_.set_decrease_tolerance(options_.refine.decrease_tolerance);
     refiner_.set_loss(options_.loss, options_.loss_width * scale, scale);
     return Status::in_progress;
   }

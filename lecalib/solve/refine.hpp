@@ -33,7 +33,7 @@ struct RefineOptions {
   Loss loss = Loss::squared;
   double loss_width = 3.0;           ///< sigmas; where the loss leaves the square
   int max_iterations = 100;          ///< steps tried, accepted or not; > 0
-  double decrease_tolerance = 1e-9;  ///< relative; 1e-9 of the cost is some 1e-4 sigma of the parameters
+  double decrease_tolerance = 1e-7;  ///< relative; of 100 points' cost this is some 3e-3 sigma, in the step just made
   double step_tolerance = 1e-11;     ///< relative
 };
 
@@ -76,6 +76,7 @@ class Refiner {
   /// @param sigma_scale true over given sigma of the points, as far as known: priors are in true units, so they count
   /// sigma_scale^2 beside data weighted by the given sigmas. > 0
   void set_loss(Loss loss, double width, double sigma_scale);
+  void set_decrease_tolerance(double tolerance) { options_.decrease_tolerance = tolerance; }
 
   /// The reduced normal equations of the current state, undamped.
   /// @return false, *out unchanged, where a view's pose is not determined by its lines

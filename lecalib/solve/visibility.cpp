@@ -39,9 +39,10 @@ void add_visibility(const CalibrationData& data, const View& view, const Camera&
 
 std::size_t count_inside(const CalibrationData& data, const View& view, const Camera& camera) {
   std::size_t count = 0;
+  const double radius_limit = valid_radius(camera);
   for (const LinePoint& point : points_of(data, view)) {
     Vec2 ideal;
-    if (unproject(camera, Vec2(point.u_px, point.v_px), &ideal)) ++count;
+    if (unproject(camera, radius_limit, Vec2(point.u_px, point.v_px), &ideal)) ++count;
   }
   return count;
 }
