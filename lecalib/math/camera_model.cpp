@@ -10,8 +10,6 @@ namespace {
 /// d(r_d)/dr at r^2 = q.
 double radial_slope(const Camera& c, double q) { return 1.0 + q * (3.0 * c.k1 + q * (5.0 * c.k2 + q * 7.0 * c.k3)); }
 
-double radial_factor(const Camera& c, double q) { return 1.0 + q * (c.k1 + q * (c.k2 + q * c.k3)); }
-
 double slope_change(const Camera& c, double q) { return 3.0 * c.k1 + q * (10.0 * c.k2 + q * 21.0 * c.k3); }
 
 /// The root of radial_slope in [low, high], where it falls from above to below zero exactly once, from below: by Newton
@@ -66,24 +64,6 @@ double valid_radius(const Camera& c) {
     low = high;
   }
   return kUnboundedRadius;
-}
-
-Vec2 distort(const Camera& c, const Vec2& ideal, Mat2* d_ideal, Mat25* d_coefficients) {
-  const double x = ideal(0), y = ideal(1);
-  const double xx = x * x, yy = y * y, xy = x * y;
-  const double q = xx + yy;
-  const double radial = radial_factor(c, q);
-  if (d_ideal != nullptr) {
-    const double d_radial = 2.0 * (c.k1 + q * (2.0 * c.k2 + q * 3.0 * c.k3));  // d(radial)/dx = x d_radial
-    (*d_ideal)(0, 0) = radial + xx * d_radial + 2.0 * c.p1 * y + 6.0 * c.p2 * x;
-    (*d_ideal)(0, 1) = (*d_ideal)(1, 0) = xy * d_radial + 2.0 * c.p1 * x + 2.0 * c.p2 * y;
-    (*d_ideal)(1, 1) = radial + yy * d_radial + 2.0 * c.p2 * x + 6.0 * c.p1 * y;
-  }
-  if (d_coefficients != nullptr) {
-    *d_coefficients << x * q, x * q * q, 2.0 * xy, q + 2.0 * xx, x * q * q * q,  //
-        y * q, y * q * q, q + 2.0 * yy, 2.0 * xy, y * q * q * q;
-  }
-  return {x * radial + 2.0 * c.p1 * xy + c.p2 * (q + 2.0 * xx), y * radial + 2.0 * c.p2 * xy + c.p1 * (q + 2.0 * yy)};
 }
 
 bool project(const Camera& c, const Vec3& x_cam, Vec2* pixel, Mat23* d_point, Mat29* d_intrinsics) {

@@ -85,15 +85,18 @@ void Refiner::linearise_view(std::size_t index, double radius_limit) {
   Vec6 h = Vec6::Zero();
   std::uint32_t held_line = 0xFFFFFFFFU;
   CameraLine line{};
+  IdealLine ideal{};
+  bool visible = false;
   for (std::size_t i = span.first; i < span.first + span.count; ++i) {
     const LinePoint& point = data_.points[i];
     if (point.line != held_line) {
       held_line = point.line;
       line = line_in_camera(R, t, data_.model[held_line]);
+      visible = ideal_line(line, radius_limit, &ideal);
     }
     LineResidual residual;
     ++points_used_;
-    if (!line_residual(camera_, radius_limit, line, Vec2(point.u_px, point.v_px), &residual)) {
+    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &residual)) {
       ++points_lost_;
       residuals_[i] = static_cast<float>(kLostSigmas);
       data_cost_ += evaluate_loss(options_.loss, options_.loss_width, kLostSigmas * kLostSigmas).rho;
@@ -105,18 +108,18 @@ void Refiner::linearise_view(std::size_t index, double radius_limit) {
     residuals_[i] = static_cast<float>(r);
     data_cost_ += loss.rho;
     const double gain = std::sqrt(loss.weight) * inverse_sigma;
-    const Vec9 a = gain * residual.d_intrinsics.transpose();
     const Vec6 p = gain * residual.d_pose.transpose();
     const double weighted = gain * residual.value_px;
-    intrinsic_gradient_ -= weighted * a;
     h -= weighted * p;
-    for (int j = 0; j < num_free_; ++j) {
-      const int c = free_[j];
-      for (int k = j; k < num_free_; ++k) intrinsic_block_(free_[k], c) += a(free_[k]) * a(c);
-      for (int k = 0; k < 6; ++k) E(k, c) += p(k) * a(c);
-    }
     for (int c = 0; c < 6; ++c) {
       for (int k = c; k < 6; ++k) C(k, c) += p(k) * p(c);
+    }
+    for (int j = 0; j < num_free_; ++j) {
+      const int c = free_[j];
+      const double a = gain * residual.d_intrinsics(c);
+      intrinsic_gradient_(c) -= weighted * a;
+      for (int k = j; k < num_free_; ++k) intrinsic_block_(free_[k], c) += gain * residual.d_intrinsics(free_[k]) * a;
+      for (int k = 0; k < 6; ++k) E(k, c) += p(k) * a;
     }
   }
   Eigen::Map<Mat6>(view.pose_block) = C;

@@ -23,12 +23,20 @@ void add_visibility(const CalibrationData& data, const View& view, const Camera&
   const Vec3 t = translation_of(pose);
   const double radius_limit = valid_radius(camera);
   const double cap2 = cap_px * cap_px;
+  std::uint32_t held_line = 0xFFFFFFFFU;
+  CameraLine line{};
+  IdealLine ideal{};
+  bool visible = false;
   for (const LinePoint& point : points_of(data, view)) {
     const Vec2 pixel(point.u_px, point.v_px);
-    const CameraLine line = line_in_camera(R, t, data.model[point.line]);
+    if (point.line != held_line) {
+      held_line = point.line;
+      line = line_in_camera(R, t, data.model[held_line]);
+      visible = ideal_line(line, radius_limit, &ideal);
+    }
     LineFoot foot;
     ++sum->points;
-    if (!find_foot(camera, radius_limit, line, pixel, &foot)) {
+    if (!visible || !find_foot(camera, ideal, pixel, &foot)) {
       sum->cost += cap2;
       continue;
     }
