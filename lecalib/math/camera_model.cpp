@@ -10,6 +10,9 @@ namespace {
 /// d(r_d)/dr at r^2 = q.
 double radial_slope(const Camera& c, double q) { return 1.0 + q * (3.0 * c.k1 + q * (5.0 * c.k2 + q * 7.0 * c.k3)); }
 
+/// Keeps a computed limit on the un-folded side in spite of rounding.
+constexpr double kInside = 1.0 - 4e-15;
+
 double slope_change(const Camera& c, double q) { return 3.0 * c.k1 + q * (10.0 * c.k2 + q * 21.0 * c.k3); }
 
 /// The root of radial_slope in [low, high], where it falls from above to below zero exactly once, from below: by Newton
@@ -23,7 +26,7 @@ double root_of_slope(const Camera& c, double low, double high) {
     if (!(next > low && next < high)) next = 0.5 * (low + high);
     if (next <= low || next >= high) break;
     if (std::abs(next - q) <= 1e-15 * q) {
-      const double below = next * (1.0 - 4e-15);  // Newton may come from either side
+      const double below = next * kInside;  // Newton may come from either side
       return radial_slope(c, below) > 0.0 ? below : low;
     }
     q = next;
@@ -44,6 +47,14 @@ bool is_finite(const Vec2& v) { return std::isfinite(v(0)) && std::isfinite(v(1)
 double valid_radius(const Camera& c) {
   constexpr double kMaxSquare = kUnboundedRadius * kUnboundedRadius;
   if (surely_unfolded(c, kMaxSquare)) return kUnboundedRadius;
+  if (c.k3 == 0.0) {  // 1 + 3 k1 q + 5 k2 q^2, its smallest positive root in the form that never cancels
+    const double discriminant = 9.0 * c.k1 * c.k1 - 20.0 * c.k2;
+    if (!(discriminant >= 0.0)) return kUnboundedRadius;
+    const double root = std::sqrt(discriminant);
+    const double divisor = root - 3.0 * c.k1;
+    const double q = divisor > 0.0 ? 2.0 / divisor : kMaxSquare;
+    return q < kMaxSquare ? std::sqrt(q) * kInside : kUnboundedRadius;
+  }
   // The slope is a cubic in q = r^2; between its own turning points (3 k1 + 10 k2 q + 21 k3 q^2 = 0) it is monotonic,
   // so the first of these at or below zero ends the interval that holds the first root.
   double stations[3] = {kMaxSquare, kMaxSquare, kMaxSquare};
@@ -64,6 +75,19 @@ double valid_radius(const Camera& c) {
     low = high;
   }
   return kUnboundedRadius;
+}
+
+Vec2 distort(const Camera& c, const Vec2& ideal, Mat2* d_ideal, Mat25* d_coefficients) {
+  const RadialFactor radial = radial_at(c, ideal.squaredNorm());
+  if (d_ideal != nullptr) {
+    d_ideal->col(0) = distorted_motion(c, ideal, radial, Vec2(1.0, 0.0));
+    d_ideal->col(1) = distorted_motion(c, ideal, radial, Vec2(0.0, 1.0));
+  }
+  if (d_coefficients != nullptr) {
+    d_coefficients->row(0) = distortion_gradient(ideal, Vec2(1.0, 0.0));
+    d_coefficients->row(1) = distortion_gradient(ideal, Vec2(0.0, 1.0));
+  }
+  return distorted_point(c, ideal, radial);
 }
 
 bool project(const Camera& c, const Vec3& x_cam, Vec2* pixel, Mat23* d_point, Mat29* d_intrinsics) {
@@ -97,12 +121,12 @@ bool project(const Camera& c, const Vec3& x_cam, Vec2* pixel, Mat23* d_point, Ma
 }
 
 double undistort_radius(const Camera& c, double distorted_radius, double radius_limit, double tolerance) {
-  if (!(distorted_radius < radius_limit * radial_factor(c, radius_limit * radius_limit))) return radius_limit;
+  if (!(distorted_radius < radius_limit * radial_at(c, radius_limit * radius_limit).value)) return radius_limit;
   double low = 0.0;
   double high = radius_limit;
   double r = std::min(distorted_radius, high);
   for (int i = 0; i < 100; ++i) {
-    const double error = r * radial_factor(c, r * r) - distorted_radius;
+    const double error = r * radial_at(c, r * r).value - distorted_radius;
     (error > 0.0 ? high : low) = r;
     double next = r - error / radial_slope(c, r * r);
     if (!(next > low && next < high)) next = 0.5 * (low + high);  // Newton left the bracket

@@ -25,29 +25,48 @@ inline constexpr double kUnboundedRadius = 1e3;
 /// Largest ideal radius |(x, y)| of the un-folded branch: the smallest r > 0 with d(r_d)/dr = 0 (p1, p2 left aside).
 double valid_radius(const Camera& camera);
 
-/// The radial part 1 + k1 q + k2 q^2 + k3 q^3 at the squared radius q.
-inline double radial_factor(const Camera& c, double q) { return 1.0 + q * (c.k1 + q * (c.k2 + q * c.k3)); }
+/// The radial factor of the distortion and its derivative by the squared ideal radius q.
+struct RadialFactor {
+  double value;
+  double by_q;
+};
+
+inline RadialFactor radial_at(const Camera& c, double q) {
+  return {1.0 + q * (c.k1 + q * (c.k2 + q * c.k3)), c.k1 + q * (2.0 * c.k2 + q * 3.0 * c.k3)};
+}
+
+/// The image of an ideal point whose radial factor is at hand, normalised coordinates.
+inline Vec2 distorted_point(const Camera& c, const Vec2& ideal, const RadialFactor& radial) {
+  const double x = ideal(0), y = ideal(1);
+  const double xy2 = 2.0 * x * y, q = x * x + y * y;
+  return {x * radial.value + c.p1 * xy2 + c.p2 * (q + 2.0 * x * x),
+          y * radial.value + c.p2 * xy2 + c.p1 * (q + 2.0 * y * y)};
+}
+
+/// How that image moves when the ideal point moves by `v`: J v.
+inline Vec2 distorted_motion(const Camera& c, const Vec2& ideal, const RadialFactor& radial, const Vec2& v) {
+  const double x = ideal(0), y = ideal(1);
+  const double stretch = 2.0 * radial.by_q * (x * v(0) + y * v(1));
+  const double cross = 2.0 * (c.p1 * x + c.p2 * y);
+  return {radial.value * v(0) + x * stretch + (2.0 * c.p1 * y + 6.0 * c.p2 * x) * v(0) + cross * v(1),
+          radial.value * v(1) + y * stretch + cross * v(0) + (2.0 * c.p2 * x + 6.0 * c.p1 * y) * v(1)};
+}
+
+/// weight . d(image)/d(k1 k2 p1 p2 k3), image in normalised coordinates.
+inline Eigen::Matrix<double, 1, 5> distortion_gradient(const Vec2& ideal, const Vec2& weight) {
+  const double x = ideal(0), y = ideal(1);
+  const double q = x * x + y * y, xy2 = 2.0 * x * y;
+  const double along = (weight(0) * x + weight(1) * y) * q;
+  Eigen::Matrix<double, 1, 5> gradient;
+  gradient << along, along * q, weight(0) * xy2 + weight(1) * (q + 2.0 * y * y),
+      weight(0) * (q + 2.0 * x * x) + weight(1) * xy2, along * q * q;
+  return gradient;
+}
 
 /// Ideal to distorted normalised coordinates, without any check of the domain: for loops that hold valid_radius().
 /// @param[out] d_ideal        2 x 2, may be null
 /// @param[out] d_coefficients 2 x 5 in the order k1 k2 p1 p2 k3, may be null
-inline Vec2 distort(const Camera& c, const Vec2& ideal, Mat2* d_ideal = nullptr, Mat25* d_coefficients = nullptr) {
-  const double x = ideal(0), y = ideal(1);
-  const double xx = x * x, yy = y * y, xy = x * y;
-  const double q = xx + yy;
-  const double radial = radial_factor(c, q);
-  if (d_ideal != nullptr) {
-    const double d_radial = 2.0 * (c.k1 + q * (2.0 * c.k2 + q * 3.0 * c.k3));  // d(radial)/dx = x d_radial
-    (*d_ideal)(0, 0) = radial + xx * d_radial + 2.0 * c.p1 * y + 6.0 * c.p2 * x;
-    (*d_ideal)(0, 1) = (*d_ideal)(1, 0) = xy * d_radial + 2.0 * c.p1 * x + 2.0 * c.p2 * y;
-    (*d_ideal)(1, 1) = radial + yy * d_radial + 2.0 * c.p2 * x + 6.0 * c.p1 * y;
-  }
-  if (d_coefficients != nullptr) {
-    *d_coefficients << x * q, x * q * q, 2.0 * xy, q + 2.0 * xx, x * q * q * q,  //
-        y * q, y * q * q, q + 2.0 * yy, 2.0 * xy, y * q * q * q;
-  }
-  return {x * radial + 2.0 * c.p1 * xy + c.p2 * (q + 2.0 * xx), y * radial + 2.0 * c.p2 * xy + c.p1 * (q + 2.0 * yy)};
-}
+Vec2 distort(const Camera& camera, const Vec2& ideal, Mat2* d_ideal = nullptr, Mat25* d_coefficients = nullptr);
 
 /// Pixel of a point in the camera frame. A point behind the camera (Z < 0) is projected too, as the point of its ray:
 /// the image of an infinite line knows no front.

@@ -12,7 +12,15 @@ inline constexpr int kMaxJacobiSweeps = 30;
 
 namespace detail {
 
-/// One Jacobi rotation in the (p, q) plane: annihilates a(p, q), keeps `a` symmetric, accumulates into `vectors`.
+template <class Real>
+void rotate_pair(Real c, Real s, Real& x, Real& y) {
+  const Real old = x;
+  x = c * old - s * y;
+  y = s * old + c * y;
+}
+
+/// One Jacobi rotation in the (p, q) plane, p < q: annihilates a(p, q) in the upper triangle, the only one in use, and
+/// accumulates into `vectors`.
 template <class Real, int N>
 void jacobi_rotate(int p, int q, Eigen::Matrix<Real, N, N>& a, Eigen::Matrix<Real, N, N>& vectors) {
   const Real theta = (a(q, q) - a(p, p)) / (Real(2) * a(p, q));
@@ -23,19 +31,11 @@ void jacobi_rotate(int p, int q, Eigen::Matrix<Real, N, N>& a, Eigen::Matrix<Rea
   const Real s = t * c;
   a(p, p) -= t * a(p, q);
   a(q, q) += t * a(p, q);
-  a(p, q) = a(q, p) = Real(0);
-  for (int i = 0; i < N; ++i) {
-    if (i != p && i != q) {
-      const Real ip = a(i, p);
-      const Real iq = a(i, q);
-      a(i, p) = a(p, i) = c * ip - s * iq;
-      a(i, q) = a(q, i) = s * ip + c * iq;
-    }
-    const Real vp = vectors(i, p);
-    const Real vq = vectors(i, q);
-    vectors(i, p) = c * vp - s * vq;
-    vectors(i, q) = s * vp + c * vq;
-  }
+  a(p, q) = Real(0);
+  for (int i = 0; i < p; ++i) rotate_pair(c, s, a(i, p), a(i, q));
+  for (int i = p + 1; i < q; ++i) rotate_pair(c, s, a(p, i), a(i, q));
+  for (int i = q + 1; i < N; ++i) rotate_pair(c, s, a(p, i), a(q, i));
+  for (int i = 0; i < N; ++i) rotate_pair(c, s, vectors(i, p), vectors(i, q));
 }
 
 template <class Real, int N>

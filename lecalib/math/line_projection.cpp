@@ -19,43 +19,50 @@ constexpr double kMaxStartFactor = 2.5;
 /// Keeps the foot off the fold itself, where the image of a radial line has no tangent.
 constexpr double kInsideFold = 0.9999;
 
-/// The state of the search: a point of the ideal line with its image, relative to the measured pixel.
+/// A point of the ideal line with its image, relative to the measured pixel.
 struct Candidate {
   Vec2 ideal;
+  RadialFactor radial;
   Vec2 distorted;
   Vec2 offset_px;   // image - pixel
   Vec2 tangent_px;  // d(image)/ds
-  Mat2 d_ideal;     // d(image)/d(ideal), px
 };
 
-void evaluate(const Camera& camera, const IdealLine& line, double s, const Vec2& pixel, Candidate* out) {
+/// How the image moves, px, when the ideal point moves along `direction`.
+Vec2 image_motion(const Camera& c, const Candidate& at, const Vec2& direction) {
+  const Vec2 moved = distorted_motion(c, at.ideal, at.radial, direction);
+  return {c.fx * moved(0), c.fy * moved(1)};
+}
+
+void evaluate(const Camera& c, const IdealLine& line, double s, const Vec2& pixel, Candidate* out) {
   out->ideal = line.origin + s * line.direction;
-  out->distorted = distort(camera, out->ideal, &out->d_ideal);
-  out->offset_px = Vec2(camera.fx * out->distorted(0) + camera.cx - pixel(0),
-                        camera.fy * out->distorted(1) + camera.cy - pixel(1));
-  out->d_ideal.row(0) *= camera.fx;
-  out->d_ideal.row(1) *= camera.fy;
-  out->tangent_px = out->d_ideal * line.direction;
+  out->radial = radial_at(c, out->ideal.squaredNorm());
+  out->distorted = distorted_point(c, out->ideal, out->radial);
+  out->offset_px =
+      Vec2(c.fx * out->distorted(0) + c.cx - pixel(0), c.fy * out->distorted(1) + c.cy - pixel(1));
+  out->tangent_px = image_motion(c, *out, line.direction);
 }
 
 /// Where the roughly un-distorted pixel faces the line.
 double starting_parameter(const Camera& camera, const IdealLine& line, const Vec2& pixel) {
   const Vec2 distorted((pixel(0) - camera.cx) / camera.fx, (pixel(1) - camera.cy) / camera.fy);
-  const double factor = std::clamp(radial_factor(camera, distorted.squaredNorm()), kMinStartFactor, kMaxStartFactor);
-  return std::clamp(line.direction.dot(distorted) / factor, -line.half_length, line.half_length);
+  const double factor =
+      std::clamp(radial_at(camera, distorted.squaredNorm()).value, kMinStartFactor, kMaxStartFactor);
+  return line.direction.dot(distorted) / factor;
 }
 
-bool search_foot(const Camera& camera, const IdealLine& line, const Vec2& pixel, Candidate* best) {
-  double s = starting_parameter(camera, line, pixel);
+/// @param[in,out] s where to begin, and the foot
+bool search_foot(const Camera& camera, const IdealLine& line, const Vec2& pixel, double* s, Candidate* best) {
+  *s = std::clamp(*s, -line.half_length, line.half_length);
   for (int i = 0;; ++i) {
-    evaluate(camera, line, s, pixel, best);
+    evaluate(camera, line, *s, pixel, best);
     const double speed2 = best->tangent_px.squaredNorm();
     if (!(speed2 > 0.0)) return false;
     const double next =
-        std::clamp(s - best->tangent_px.dot(best->offset_px) / speed2, -line.half_length, line.half_length);
-    const double moved2 = (next - s) * (next - s) * speed2;
+        std::clamp(*s - best->tangent_px.dot(best->offset_px) / speed2, -line.half_length, line.half_length);
+    const double moved2 = (next - *s) * (next - *s) * speed2;
     if (moved2 <= kFootTolerancePx * kFootTolerancePx || i == kMaxFootSteps) return true;
-    s = next;
+    *s = next;
   }
 }
 
@@ -91,7 +98,8 @@ bool find_foot(const Camera& camera, double radius_limit, const CameraLine& line
 
 bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, LineFoot* foot) {
   Candidate best;
-  if (!search_foot(camera, ideal, pixel, &best)) return false;
+  double s = starting_parameter(camera, ideal, pixel);
+  if (!search_foot(camera, ideal, pixel, &s, &best)) return false;
   *foot = {best.ideal, pixel + best.offset_px, unit_normal(best.tangent_px)};
   return true;
 }
@@ -99,29 +107,29 @@ bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, 
 bool line_residual(const Camera& camera, double radius_limit, const CameraLine& line, const Vec2& pixel,
                    LineResidual* out) {
   IdealLine ideal;
-  return ideal_line(line, radius_limit, &ideal) && line_residual(camera, line, ideal, pixel, out);
+  float foot = kNoFoot;
+  return ideal_line(line, radius_limit, &ideal) && line_residual(camera, line, ideal, pixel, &foot, out);
 }
 
 bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine& ideal, const Vec2& pixel,
-                   LineResidual* out) {
+                   float* foot, LineResidual* out) {
   Candidate best;
-  if (!search_foot(camera, ideal, pixel, &best)) return false;
+  double s = *foot == kNoFoot ? starting_parameter(camera, ideal, pixel) : static_cast<double>(*foot);
+  if (!search_foot(camera, ideal, pixel, &s, &best)) return false;
+  *foot = static_cast<float>(s);
   const Vec2 normal = unit_normal(best.tangent_px);
   out->value_px = -normal.dot(best.offset_px);
 
   // The foot moves across the ideal line by -ideal.normal d(N . m~) / scale.
-  const double gain = normal.dot(best.d_ideal * ideal.normal) / ideal.scale;
+  const double gain = normal.dot(image_motion(camera, best, ideal.normal)) / ideal.scale;
   const Vec3 m(best.ideal(0), best.ideal(1), 1.0);
   out->d_pose << gain * line.moment.cross(m).transpose(), gain * line.direction.cross(m).transpose();
 
-  Mat25 d_coefficients;
-  distort(camera, best.ideal, nullptr, &d_coefficients);
   out->d_intrinsics(0) = -normal(0) * best.distorted(0);
   out->d_intrinsics(1) = -normal(1) * best.distorted(1);
   out->d_intrinsics(2) = -normal(0);
   out->d_intrinsics(3) = -normal(1);
-  out->d_intrinsics.tail<5>() =
-      -(normal(0) * camera.fx * d_coefficients.row(0) + normal(1) * camera.fy * d_coefficients.row(1));
+  out->d_intrinsics.tail<5>() = -distortion_gradient(best.ideal, Vec2(normal(0) * camera.fx, normal(1) * camera.fy));
   return true;
 }
 

@@ -66,8 +66,14 @@ struct LineResidual {
 bool line_residual(const Camera& camera, double radius_limit, const CameraLine& line, const Vec2& pixel,
                    LineResidual* out);
 
-/// As above, with the ideal line at hand. @return false, *out unchanged, where its image has no tangent
+/// What a search remembers of a point before its first one.
+inline constexpr float kNoFoot = 3e38F;
+
+/// As above, with the ideal line at hand, and begun where the last search for this point ended: while a refinement
+/// settles, feet hardly move.
+/// @param[in,out] foot kNoFoot at first
+/// @return false, *out unchanged, where the line's image has no tangent
 bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine& ideal, const Vec2& pixel,
-                   LineResidual* out);
+                   float* foot, LineResidual* out);
 
 }  // namespace lecalib

@@ -47,7 +47,8 @@ Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& op
   if (workspace.guess.views.size() < views || workspace.guess.linear.size() < views ||
       workspace.guess.focal_lengths.size() < views || workspace.results.size() < views ||
       workspace.guess.moments.size() < data.model.size() || workspace.guess.lines.size() < data.model.size() ||
-      workspace.residuals.size() < data.points.size() || workspace.sorted_residuals.size() < data.points.size()) {
+      workspace.residuals.size() < data.points.size() || workspace.feet.size() < data.points.size() ||
+      workspace.sorted_residuals.size() < data.points.size()) {
     return Status::capacity_exceeded;
   }
   data_ = data;
@@ -58,6 +59,7 @@ Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& op
   workspace_.guess.moments = workspace.guess.moments.first(data.model.size());
   workspace_.results = workspace.results.first(views);
   workspace_.residuals = workspace.residuals.first(data.points.size());
+  workspace_.feet = workspace.feet.first(data.points.size());
   for (float& residual : workspace_.residuals) residual = 0.0F;
   result_ = CalibrationResult();
   attempts_ = 0;
@@ -96,7 +98,8 @@ void MonoSolver::begin_refinement(const Camera& camera) {
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     if (!policy_.free[i]) start.*kIntrinsics[i] = policy_.prior_mean[i];
   }
-  refiner_.init(data_, policy_, refine, start, workspace_.guess.views, workspace_.residuals);
+  refiner_.init(data_, policy_, refine, start, workspace_.guess.views, workspace_.residuals,
+                workspace_.feet);
   phase_ = Phase::refine;
 }
 

@@ -41,6 +41,7 @@ struct MonoSolverWorkspace {
   InitialGuessWorkspace guess;
   Span<float> residuals;         ///< one per point, in sigmas
   Span<float> sorted_residuals;  ///< one per point, scratch
+  Span<float> feet;              ///< one per point, scratch
   Span<ViewResult> results;      ///< one per view
   Span<LineResponse> responses;  ///< one per model line
 };
@@ -52,7 +53,7 @@ constexpr bool carve(Carver& carver, const MonoSolverCapacities& capacities, Mon
          carver.carve(capacities.views, &out->guess.linear) &&
          carver.carve(capacities.views, &out->guess.focal_lengths) &&
          carver.carve(capacities.views, &out->guess.views) && carver.carve(capacities.points, &out->residuals) &&
-         carver.carve(capacities.points, &out->sorted_residuals) && carver.carve(capacities.views, &out->results) &&
+         carver.carve(capacities.points, &out->sorted_residuals) && carver.carve(capacities.points, &out->feet) && carver.carve(capacities.views, &out->results) &&
          carver.carve(capacities.model_lines, &out->responses);
 }
 

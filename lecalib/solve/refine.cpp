@@ -49,13 +49,16 @@ const char* to_string(StopReason reason) noexcept {
 }
 
 void Refiner::init(const CalibrationData& data, const ParameterPolicy& policy, const RefineOptions& options,
-                   const Camera& camera, Span<RefineView> views, Span<float> residuals) {
+                   const Camera& camera, Span<RefineView> views, Span<float> residuals, Span<float> feet) {
   LECALIB_ASSERT(views.size() == data.views.size() && residuals.size() >= data.points.size());
+  LECALIB_ASSERT(feet.empty() || feet.size() >= data.points.size());
   data_ = data;
   policy_ = policy;
   options_ = options;
   views_ = views;
   residuals_ = residuals;
+  feet_ = feet;
+  for (float& foot : feet_) foot = kNoFoot;
   camera_ = camera;
   iterations_ = 0;
   num_free_ = 0;
@@ -96,30 +99,30 @@ void Refiner::linearise_view(std::size_t index, double radius_limit) {
     }
     LineResidual residual;
     ++points_used_;
-    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &residual)) {
+    float foot = feet_.empty() ? kNoFoot : feet_[i];
+    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) {
       ++points_lost_;
       residuals_[i] = static_cast<float>(kLostSigmas);
       data_cost_ += evaluate_loss(options_.loss, options_.loss_width, kLostSigmas * kLostSigmas).rho;
       continue;
     }
+    if (!feet_.empty()) feet_[i] = foot;
     const double inverse_sigma = 1.0 / point.sigma_px;
     const double r = residual.value_px * inverse_sigma;
     const LossValue loss = evaluate_loss(options_.loss, options_.loss_width, r * r);
     residuals_[i] = static_cast<float>(r);
     data_cost_ += loss.rho;
-    const double gain = std::sqrt(loss.weight) * inverse_sigma;
+    const double gain = loss.weight == 1.0 ? inverse_sigma : std::sqrt(loss.weight) * inverse_sigma;
     const Vec6 p = gain * residual.d_pose.transpose();
+    const Vec9 a = gain * residual.d_intrinsics.transpose();
     const double weighted = gain * residual.value_px;
     h -= weighted * p;
-    for (int c = 0; c < 6; ++c) {
-      for (int k = c; k < 6; ++k) C(k, c) += p(k) * p(c);
-    }
+    intrinsic_gradient_ -= weighted * a;
+    C += p * p.transpose();
     for (int j = 0; j < num_free_; ++j) {
       const int c = free_[j];
-      const double a = gain * residual.d_intrinsics(c);
-      intrinsic_gradient_(c) -= weighted * a;
-      for (int k = j; k < num_free_; ++k) intrinsic_block_(free_[k], c) += gain * residual.d_intrinsics(free_[k]) * a;
-      for (int k = 0; k < 6; ++k) E(k, c) += p(k) * a;
+      for (int k = j; k < num_free_; ++k) intrinsic_block_(free_[k], c) += a(free_[k]) * a(c);
+      E.col(c) += a(c) * p;
     }
   }
   Eigen::Map<Mat6>(view.pose_block) = C;

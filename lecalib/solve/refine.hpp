@@ -64,8 +64,9 @@ class Refiner {
  public:
   /// Starts from `camera` and from the poses in `views`, one RefineView per view of `data` with `used` set.
   /// @param residuals one per point: residual in sigmas of the current state (kLostSigmas for a point without a foot)
+  /// @param feet      scratch, one per point; may be empty, at the price of longer searches for each point's foot
   void init(const CalibrationData& data, const ParameterPolicy& policy, const RefineOptions& options,
-            const Camera& camera, Span<RefineView> views, Span<float> residuals);
+            const Camera& camera, Span<RefineView> views, Span<float> residuals, Span<float> feet = {});
 
   /// One iteration: one linear solve and one pass over the points (two where the step is rejected).
   /// @return in_progress | ok (converged) | not_converged (iteration limit) | numerical_failure (the start has no
@@ -116,6 +117,7 @@ class Refiner {
   RefineOptions options_;
   Span<RefineView> views_;
   Span<float> residuals_;
+  Span<float> feet_;
   Camera camera_;
   Eigen::Matrix<double, 9, 9> intrinsic_block_ = Eigen::Matrix<double, 9, 9>::Zero();
   Vec9 intrinsic_gradient_ = Vec9::Zero();
