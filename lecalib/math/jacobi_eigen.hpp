@@ -12,11 +12,14 @@ inline constexpr int kMaxJacobiSweeps = 30;
 
 namespace detail {
 
+/// Rotates `count` pairs of elements, each the given stride apart.
 template <class Real>
-void rotate_pair(Real c, Real s, Real& x, Real& y) {
-  const Real old = x;
-  x = c * old - s * y;
-  y = s * old + c * y;
+void rotate_pairs(Real c, Real s, int count, Real* x, int x_stride, Real* y, int y_stride) {
+  for (int i = 0; i < count; ++i, x += x_stride, y += y_stride) {
+    const Real old = *x;
+    *x = c * old - s * *y;
+    *y = s * old + c * *y;
+  }
 }
 
 /// One Jacobi rotation in the (p, q) plane, p < q: annihilates a(p, q) in the upper triangle, the only one in use, and
@@ -32,10 +35,12 @@ void jacobi_rotate(int p, int q, Eigen::Matrix<Real, N, N>& a, Eigen::Matrix<Rea
   a(p, p) -= t * a(p, q);
   a(q, q) += t * a(p, q);
   a(p, q) = Real(0);
-  for (int i = 0; i < p; ++i) rotate_pair(c, s, a(i, p), a(i, q));
-  for (int i = p + 1; i < q; ++i) rotate_pair(c, s, a(p, i), a(i, q));
-  for (int i = q + 1; i < N; ++i) rotate_pair(c, s, a(p, i), a(q, i));
-  for (int i = 0; i < N; ++i) rotate_pair(c, s, vectors(i, p), vectors(i, q));
+  Real* const ap = a.data() + p * N;  // columns
+  Real* const aq = a.data() + q * N;
+  rotate_pairs(c, s, p, ap, 1, aq, 1);                                        // above the diagonal element of p
+  rotate_pairs(c, s, q - p - 1, ap + p + N, N, aq + p + 1, 1);                // row p against column q
+  rotate_pairs(c, s, N - 1 - q, aq + p + N, N, aq + q + N, N);                // rows p and q
+  rotate_pairs(c, s, N, vectors.data() + p * N, 1, vectors.data() + q * N, 1);
 }
 
 template <class Real, int N>

@@ -10,7 +10,14 @@ namespace {
 /// An error of s px along the line changes the residual by about s^2 / (2 radius of curvature), 1e-8 px here, and less
 /// the nearer the point is to the line.
 constexpr double kFootTolerancePx = 2e-3;
-constexpr int kMaxFootSteps = 10;
+
+/// Where the next search goes on from the step that this one leaves out, one evaluation does: the error of the
+/// residual, 1e-6 px at most, shrinks by its square from one iteration to the next.
+constexpr double kWarmTolerancePx = 1e-2;
+constexpr int kMaxFootSteps = 40;
+
+/// Share of Gauss-Newton's curvature below which the secant's is not trusted.
+constexpr double kMinCurvature = 0.05;
 
 /// Bounds of the radial factor that a start along the line trusts; the steps along the line do the rest.
 constexpr double kMinStartFactor = 0.4;
@@ -51,18 +58,36 @@ double starting_parameter(const Camera& camera, const IdealLine& line, const Vec
   return line.direction.dot(distorted) / factor;
 }
 
+/// Where a search goes whose step left the bracket: to the line's own end, if that has not been seen, else half way.
+double beyond_bracket(const IdealLine& line, double low, double high, double next) {
+  if (next >= high && high == line.half_length) return high;
+  if (next <= low && low == -line.half_length) return low;
+  return 0.5 * (low + high);
+}
+
 /// @param[in,out] s where to begin, and the foot
-bool search_foot(const Camera& camera, const IdealLine& line, const Vec2& pixel, double* s, Candidate* best) {
-  *s = std::clamp(*s, -line.half_length, line.half_length);
+bool search_foot(const Camera& camera, const IdealLine& line, const Vec2& pixel, double tolerance_px, double* s,
+                 Candidate* best) {
+  double low = -line.half_length;  // the foot is between these, or at the end of the line
+  double high = line.half_length;
+  *s = std::clamp(*s, low, high);
+  double last_s = *s;
+  double last_gradient = 0.0;
   for (int i = 0;; ++i) {
     evaluate(camera, line, *s, pixel, best);
     const double speed2 = best->tangent_px.squaredNorm();
     if (!(speed2 > 0.0)) return false;
-    const double next =
-        std::clamp(*s - best->tangent_px.dot(best->offset_px) / speed2, -line.half_length, line.half_length);
+    const double gradient = best->tangent_px.dot(best->offset_px);
+    (gradient > 0.0 ? high : low) = *s;
+    // Gauss-Newton's curvature first, then the secant's: near the fold the image bends within a few pixels.
+    const double secant = i > 0 ? (gradient - last_gradient) / (*s - last_s) : speed2;
+    double next = *s - gradient / (secant > kMinCurvature * speed2 ? secant : speed2);
+    if (!(next > low && next < high)) next = beyond_bracket(line, low, high, next);
+    last_s = *s;
+    last_gradient = gradient;
     const double moved2 = (next - *s) * (next - *s) * speed2;
-    if (moved2 <= kFootTolerancePx * kFootTolerancePx || i == kMaxFootSteps) return true;
     *s = next;
+    if (moved2 <= tolerance_px * tolerance_px || i == kMaxFootSteps) return true;
   }
 }
 
@@ -99,7 +124,7 @@ bool find_foot(const Camera& camera, double radius_limit, const CameraLine& line
 bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, LineFoot* foot) {
   Candidate best;
   double s = starting_parameter(camera, ideal, pixel);
-  if (!search_foot(camera, ideal, pixel, &s, &best)) return false;
+  if (!search_foot(camera, ideal, pixel, kFootTolerancePx, &s, &best)) return false;
   *foot = {best.ideal, pixel + best.offset_px, unit_normal(best.tangent_px)};
   return true;
 }
@@ -114,8 +139,9 @@ bool line_residual(const Camera& camera, double radius_limit, const CameraLine& 
 bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine& ideal, const Vec2& pixel,
                    float* foot, LineResidual* out) {
   Candidate best;
-  double s = *foot == kNoFoot ? starting_parameter(camera, ideal, pixel) : static_cast<double>(*foot);
-  if (!search_foot(camera, ideal, pixel, &s, &best)) return false;
+  const bool cold = *foot == kNoFoot;
+  double s = cold ? starting_parameter(camera, ideal, pixel) : static_cast<double>(*foot);
+  if (!search_foot(camera, ideal, pixel, cold ? kFootTolerancePx : kWarmTolerancePx, &s, &best)) return false;
   *foot = static_cast<float>(s);
   const Vec2 normal = unit_normal(best.tangent_px);
   out->value_px = -normal.dot(best.offset_px);

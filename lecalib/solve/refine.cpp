@@ -30,6 +30,13 @@ constexpr double kMinDamping = 1e-15;
 /// through one point).
 constexpr double kMinPosePivot = 1e-11;
 
+/// *sum += factor * row, unrolled: the innermost work of all.
+template <int N>
+void add_scaled(double factor, const Eigen::Matrix<double, N, 1>& row, double* sum) {
+  Eigen::Map<Eigen::Matrix<double, N, 1>> column(sum);
+  column += factor * row;
+}
+
 Mat6 pose_block_of(const RefineView& view) { return Eigen::Map<const Mat6>(view.pose_block); }
 Mat69 cross_block_of(const RefineView& view) { return Eigen::Map<const Mat69>(view.cross_block); }
 Vec6 pose_gradient_of(const RefineView& view) { return Eigen::Map<const Vec6>(view.pose_gradient); }
@@ -62,6 +69,7 @@ void Refiner::init(const CalibrationData& data, const ParameterPolicy& policy, c
   camera_ = camera;
   iterations_ = 0;
   num_free_ = 0;
+  linearised_ = false;
   for (int i = 0; i < static_cast<int>(kNumIntrinsics); ++i) {
     if (policy.free[i]) free_[num_free_++] = i;
   }
@@ -69,13 +77,29 @@ void Refiner::init(const CalibrationData& data, const ParameterPolicy& policy, c
 }
 
 void Refiner::set_loss(Loss loss, double width, double sigma_scale) {
+  // Where neither loss tells any residual from its square, the equations of the data stay as they are.
+  const bool same = linearised_ && all_within(options_.loss, options_.loss_width) && all_within(loss, width);
   options_.loss = loss;
   options_.loss_width = width;
   prior_weight_ = sigma_scale * sigma_scale;
   damping_ = kInitialDamping;
   damping_growth_ = 2.0;
-  linearised_ = false;
+  linearised_ = same;
+  if (same) add_priors();
   reason_ = StopReason::none;
+}
+
+bool Refiner::all_within(Loss loss, double width) const {
+  if (loss == Loss::squared) return true;
+  if (loss != Loss::huber) return false;
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    if (!views_[v].used) continue;
+    const View& span = data_.views[v];
+    for (std::size_t i = span.first; i < span.first + span.count; ++i) {
+      if (!(std::abs(static_cast<double>(residuals_[i])) < width)) return false;
+    }
+  }
+  return true;
 }
 
 void Refiner::linearise_view(std::size_t index, double radius_limit) {
@@ -117,12 +141,12 @@ void Refiner::linearise_view(std::size_t index, double radius_limit) {
     const Vec9 a = gain * residual.d_intrinsics.transpose();
     const double weighted = gain * residual.value_px;
     h -= weighted * p;
-    intrinsic_gradient_ -= weighted * a;
-    C += p * p.transpose();
+    data_gradient_ -= weighted * a;
+    for (int c = 0; c < 6; ++c) add_scaled(p(c), p, &C(0, c));
     for (int j = 0; j < num_free_; ++j) {
       const int c = free_[j];
-      for (int k = j; k < num_free_; ++k) intrinsic_block_(free_[k], c) += a(free_[k]) * a(c);
-      E.col(c) += a(c) * p;
+      add_scaled(a(c), p, &E(0, c));
+      add_scaled(a(c), a, &data_block_(0, c));
     }
   }
   Eigen::Map<Mat6>(view.pose_block) = C;
@@ -156,6 +180,7 @@ Eigen::Matrix<double, 9, 9> Refiner::prior_information() const {
 
 void Refiner::add_priors() {
   cost_ = data_cost_;
+  intrinsic_gradient_ = data_gradient_;
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     const double precision = prior_precision(i);
     const double error = camera_.*kIntrinsics[i] - policy_.prior_mean[i];
@@ -167,13 +192,13 @@ void Refiner::add_priors() {
   cost_ += aspect * difference * difference;
   intrinsic_gradient_(0) += aspect * difference;
   intrinsic_gradient_(1) -= aspect * difference;
-  intrinsic_block_ += prior_information();
+  intrinsic_block_ = data_block_ + prior_information();
 }
 
 /// Cost, residuals and normal equations of the current state. False where they are not finite.
 bool Refiner::linearise() {
-  intrinsic_block_.setZero();
-  intrinsic_gradient_.setZero();
+  data_block_.setZero();
+  data_gradient_.setZero();
   data_cost_ = 0.0;
   points_used_ = points_lost_ = 0;
   const double radius_limit = valid_radius(camera_);

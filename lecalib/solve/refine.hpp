@@ -102,6 +102,7 @@ class Refiner {
   bool linearise();
   void linearise_view(std::size_t index, double radius_limit);
   void add_priors();
+  [[nodiscard]] bool all_within(Loss loss, double width) const;
   [[nodiscard]] double prior_precision(std::size_t i) const;
   [[nodiscard]] double aspect_precision() const;
   void add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double radius_limit,
@@ -119,8 +120,10 @@ class Refiner {
   Span<float> residuals_;
   Span<float> feet_;
   Camera camera_;
+  Eigen::Matrix<double, 9, 9> data_block_ = Eigen::Matrix<double, 9, 9>::Zero();
+  Vec9 data_gradient_ = Vec9::Zero();
   Eigen::Matrix<double, 9, 9> intrinsic_block_ = Eigen::Matrix<double, 9, 9>::Zero();
-  Vec9 intrinsic_gradient_ = Vec9::Zero();
+  Vec9 intrinsic_gradient_ = Vec9::Zero();  // these two with the priors
   double cost_ = 0.0;
   double data_cost_ = 0.0;
   double damping_ = 0.0;
