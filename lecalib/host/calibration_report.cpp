@@ -47,6 +47,7 @@ void add_result(const CalibrationResult& result, Span<const View> views, const s
   diagnostics.reason = explanation(result.status, result.parameter);
   diagnostics.counts.push_back({"views", views.size()});
   diagnostics.counts.push_back({"views_left_out", result.views_left_out});
+  diagnostics.counts.push_back({"lines_left_out", result.lines_left_out});
   diagnostics.counts.push_back({"points", result.points});
   diagnostics.counts.push_back({"points_lost", result.points_lost});
   diagnostics.numbers.push_back({"rms_px", result.rms_px});

@@ -19,14 +19,23 @@ constexpr double kSquaresTolerance = 1e-3;
 /// Spread, in sigmas, below which residuals are rounding.
 constexpr double kMinSpread = 1e-6;
 
+/// A residual of so many robust sigmas is no accident among the points of a calibration.
+constexpr double kWrongSpreads = 5.0;
+
+/// Largest rms residual, robust sigmas, of a line that is kept: one right line with two points in 10^4 has more.
+constexpr double kLineSpreads = 3.0;
+
+/// Rounds of sorting lines and solving anew, at most; two or three settle it.
+constexpr int kMaxSortings = 8;
+
 /// Sigma of a Gaussian over the median of its absolute value.
 constexpr double kGaussianOverMedian = 1.4826;
 
 std::size_t count_lines(const CalibrationData& data, const View& view, Span<LineMoments> moments) {
   for (LineMoments& m : moments) m.count = 0;
   std::size_t lines = 0;
-  for (const LinePoint& point : points_of(data, view)) {
-    if (moments[point.line].count++ == 0) ++lines;
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    if (!is_left_out(data, i) && moments[data.points[i].line].count++ == 0) ++lines;
   }
   return lines;
 }
@@ -47,6 +56,7 @@ Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& op
   if (workspace.guess.views.size() < views || workspace.guess.linear.size() < views ||
       workspace.guess.focal_lengths.size() < views || workspace.results.size() < views ||
       workspace.guess.moments.size() < data.model.size() || workspace.guess.lines.size() < data.model.size() ||
+      workspace.chosen.size() < data.model.size() || workspace.left_out.size() < data.points.size() ||
       workspace.residuals.size() < data.points.size() || workspace.feet.size() < data.points.size() ||
       workspace.sorted_residuals.size() < data.points.size()) {
     return Status::capacity_exceeded;
@@ -61,8 +71,10 @@ Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& op
   workspace_.residuals = workspace.residuals.first(data.points.size());
   workspace_.feet = workspace.feet.first(data.points.size());
   for (float& residual : workspace_.residuals) residual = 0.0F;
+  workspace_.left_out = workspace.left_out.first(data.points.size());
   result_ = CalibrationResult();
-  attempts_ = 0;
+  attempts_ = sortings_ = 0;
+  has_start_ = start != nullptr;
   guess_ = InitialGuess();
   if (start != nullptr) {
     take_start(*start);
@@ -114,6 +126,7 @@ Status MonoSolver::step() {
     }
     case Phase::refine:
     case Phase::refine_robust: return step_refinement();
+    case Phase::ransac: return step_ransac();
     case Phase::done: return result_.status;
   }
   return Status::wrong_state;
@@ -124,6 +137,11 @@ Status MonoSolver::step_refinement() {
   const Status status = refiner_.step();
   if (status == Status::in_progress) return status;
   if (status != Status::ok) return conclude(status);
+  if (phase_ == Phase::refine_robust && sortings_ > 0 && sortings_ < kMaxSortings && sort_lines()) {
+    ++sortings_;
+    begin_refinement(refiner_.camera());
+    return Status::in_progress;
+  }
   if (phase_ == Phase::refine) {
     phase_ = Phase::refine_robust;
     // Trusted sigmas are only ever widened, and the priors stay in proportion to them.
@@ -144,7 +162,7 @@ double MonoSolver::residual_spread() {
     if (!workspace_.guess.views[v].used) continue;
     const View& view = data_.views[v];
     for (std::size_t i = view.first; i < view.first + view.count && count < workspace_.sorted_residuals.size(); ++i) {
-      workspace_.sorted_residuals[count++] = std::abs(workspace_.residuals[i]);
+      if (!is_left_out(data_, i)) workspace_.sorted_residuals[count++] = std::abs(workspace_.residuals[i]);
     }
   }
   const auto num_free = std::count(policy_.free, policy_.free + kNumIntrinsics, true);
@@ -168,8 +186,10 @@ Status MonoSolver::conclude(Status status) {
     status = judge(status, &attempt);
   }
   attempt.status = status;
-  const bool first = attempts_ == 1;
-  if (first || status == Status::ok || (refined && refiner_.cost() < best_cost_)) {
+  const bool sorted = sortings_ > 0;
+  if (sorted && status == Status::ok && !keeps_enough_lines(attempt)) status = attempt.status = Status::no_match;
+  const bool first = attempts_ == 1 && !sorted;
+  if (first || status == Status::ok || (refined && !sorted && refiner_.cost() < best_cost_)) {
     best_cost_ = refiner_.cost();
     result_ = attempt;
     if (refined) summarise_views(&result_);
@@ -178,8 +198,81 @@ Status MonoSolver::conclude(Status status) {
     phase_ = Phase::guess;
     return Status::in_progress;
   }
+  if (refined && sortings_ == 0 && options_.reject_lines && !has_start_ && has_wrong_lines() &&
+      begin_ransac() == Status::ok) {
+    return Status::in_progress;
+  }
+  if (sorted && status != Status::ok) data_.left_out = {};  // what came of all lines stands
   phase_ = Phase::done;
   return result_.status;
+}
+
+bool MonoSolver::keeps_enough_lines(const CalibrationResult& result) const {
+  std::size_t kept = 0;
+  for (const View& view : data_.views) kept += count_lines(data_, view, workspace_.guess.moments);
+  const double right = options_.ransac.min_right_share * static_cast<double>(kept + result.lines_left_out);
+  return static_cast<double>(kept) >= right;
+}
+
+/// Whether some residuals are larger than what the bulk of them explains, or all are too large to be measurements.
+bool MonoSolver::has_wrong_lines() {
+  if (result_.rms_px > options_.plausibility.max_rms_share * data_.width) return true;
+  const double spread = residual_spread();
+  const double limit = kWrongSpreads * (options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread);
+  for (const float residual : workspace_.residuals) {
+    if (std::abs(static_cast<double>(residual)) > limit) return true;
+  }
+  return false;
+}
+
+Status MonoSolver::begin_ransac() {
+  const Status status = ransac_.init(data_, options_.ransac,
+                                     {workspace_.guess.moments, workspace_.guess.lines, workspace_.chosen},
+                                     workspace_.left_out);
+  if (status == Status::ok) phase_ = Phase::ransac;
+  return status;
+}
+
+/// The right lines are solved from the beginning.
+Status MonoSolver::step_ransac() {
+  const Status status = ransac_.step();
+  if (status == Status::in_progress) return status;
+  if (is_error(status)) {
+    phase_ = Phase::done;
+    return result_.status;
+  }
+  data_.left_out = workspace_.left_out;
+  sortings_ = 1;
+  attempts_ = 0;
+  guess_.init(data_, options_.guess, workspace_.guess);
+  phase_ = Phase::guess;
+  return Status::in_progress;
+}
+
+/// Sorts the lines of the views used by the rms of their residuals. @return whether one has changed sides
+bool MonoSolver::sort_lines() {
+  const double spread = residual_spread();
+  const double limit = kLineSpreads * (options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread);
+  bool changed = false;
+  for (std::size_t v = 0; v < data_.views.size(); ++v) {
+    if (!workspace_.guess.views[v].used) continue;
+    const View& view = data_.views[v];
+    for (LineMoments& m : workspace_.guess.moments) m = {};
+    for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+      LineMoments& m = workspace_.guess.moments[data_.points[i].line];
+      const auto residual = static_cast<double>(workspace_.residuals[i]);
+      m.xx += residual * residual;
+      ++m.count;
+    }
+    for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+      const LineMoments& m = workspace_.guess.moments[data_.points[i].line];
+      const std::uint8_t wrong = m.xx > limit * limit * m.count ? 1 : 0;
+      changed = changed || wrong != workspace_.left_out[i];
+      workspace_.left_out[i] = wrong;
+    }
+    if (count_lines(data_, view, workspace_.guess.moments) < kMinPosedLines) workspace_.guess.views[v].used = false;
+  }
+  return changed;
 }
 
 /// Covariance and plausibility. A refinement that crawls along a valley has not failed, its parameter is undetermined.
@@ -202,6 +295,13 @@ void MonoSolver::summarise(CalibrationResult* result) {
   result->reason = refiner_.reason();
   result->points = static_cast<std::uint32_t>(refiner_.points_used());
   result->points_lost = static_cast<std::uint32_t>(refiner_.points_lost());
+  result->lines_left_out = 0;
+  CalibrationData all = data_;
+  all.left_out = {};
+  for (const View& view : data_.views) {
+    result->lines_left_out += static_cast<std::uint32_t>(count_lines(all, view, workspace_.guess.moments) -
+                                                         count_lines(data_, view, workspace_.guess.moments));
+  }
   result->views_left_out = static_cast<std::uint32_t>(data_.views.size() - views_used_);
   double squares = 0.0;
   for (std::size_t v = 0; v < data_.views.size(); ++v) {
@@ -226,6 +326,7 @@ void MonoSolver::summarise_views(CalibrationResult* result) {
 double MonoSolver::squared_distances(const View& view) const {
   double squares = 0.0;
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    if (is_left_out(data_, i)) continue;
     const double distance_px = static_cast<double>(workspace_.residuals[i]) * data_.points[i].sigma_px;
     squares += distance_px * distance_px;
   }

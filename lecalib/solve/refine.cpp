@@ -96,7 +96,7 @@ bool Refiner::all_within(Loss loss, double width) const {
     if (!views_[v].used) continue;
     const View& span = data_.views[v];
     for (std::size_t i = span.first; i < span.first + span.count; ++i) {
-      if (!(std::abs(static_cast<double>(residuals_[i])) < width)) return false;
+      if (!is_left_out(data_, i) && !(std::abs(static_cast<double>(residuals_[i])) < width)) return false;
     }
   }
   return true;
@@ -122,11 +122,13 @@ void Refiner::linearise_view(std::size_t index, double radius_limit) {
       visible = ideal_line(line, radius_limit, &ideal);
     }
     LineResidual residual;
-    ++points_used_;
+    const bool counts = !is_left_out(data_, i);
+    if (counts) ++points_used_;
     float foot = feet_.empty() ? kNoFoot : feet_[i];
     if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) {
-      ++points_lost_;
       residuals_[i] = static_cast<float>(kLostSigmas);
+      if (!counts) continue;
+      ++points_lost_;
       data_cost_ += evaluate_loss(options_.loss, options_.loss_width, kLostSigmas * kLostSigmas).rho;
       continue;
     }
@@ -135,6 +137,7 @@ void Refiner::linearise_view(std::size_t index, double radius_limit) {
     const double r = residual.value_px * inverse_sigma;
     const LossValue loss = evaluate_loss(options_.loss, options_.loss_width, r * r);
     residuals_[i] = static_cast<float>(r);
+    if (!counts) continue;
     data_cost_ += loss.rho;
     const double gain = loss.weight == 1.0 ? inverse_sigma : std::sqrt(loss.weight) * inverse_sigma;
     const Vec6 p = gain * residual.d_pose.transpose();
@@ -242,6 +245,7 @@ void Refiner::add_line_response(std::size_t first, std::size_t last, const Camer
                                 const Mat69& eliminated, LineResponse* response) const {
   Eigen::Map<Vec9> gradient(response->gradient);
   for (std::size_t i = first; i < last; ++i) {
+    if (is_left_out(data_, i)) continue;
     const LinePoint& point = data_.points[i];
     LineResidual residual;
     if (!line_residual(camera_, radius_limit, line, Vec2(point.u_px, point.v_px), &residual)) continue;

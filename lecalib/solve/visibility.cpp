@@ -31,7 +31,9 @@ void add_visibility(const CalibrationData& data, const View& view, const Camera&
   CameraLine line{};
   IdealLine ideal{};
   bool visible = false;
-  for (const LinePoint& point : points_of(data, view)) {
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    if (is_left_out(data, i)) continue;
+    const LinePoint& point = data.points[i];
     const Vec2 pixel(point.u_px, point.v_px);
     if (point.line != held_line) {
       held_line = point.line;
@@ -56,7 +58,9 @@ std::size_t count_inside(const CalibrationData& data, const View& view, const Ca
   const double tangential = std::abs(camera.p1) + std::abs(camera.p2);
   const double fold = radius_limit * radial_at(camera, radius_limit * radius_limit).value;
   const double surely = fold - kTangentialReach * tangential * radius_limit * radius_limit;
-  for (const LinePoint& point : points_of(data, view)) {
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    if (is_left_out(data, i)) continue;
+    const LinePoint& point = data.points[i];
     Vec2 ideal;
     const Vec2 distorted((point.u_px - camera.cx) / camera.fx, (point.v_px - camera.cy) / camera.fy);
     if (distorted.norm() < surely) {
