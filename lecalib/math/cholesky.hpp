@@ -57,7 +57,7 @@ class Cholesky {
   }
 
  private:
-  Matrix L_;                              // strictly lower triangle
+  Matrix L_;                             // strictly lower triangle
   Eigen::Matrix<double, N, 1> inverse_;  // of the diagonal
   Eigen::Matrix<double, N, 1> scale_;
 };

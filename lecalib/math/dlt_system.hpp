@@ -75,8 +75,8 @@ class DltSystem {
     }
   }
 
-  /// @return false, *M unchanged, where all image lines meet in one point, or where a second direction is as good as the
-  /// smallest: M is then not unique
+  /// @return false, *M unchanged, where all image lines meet in one point, or where a second direction is as good as
+  /// the smallest: M is then not unique
   bool solve(Projection* M) {
     constexpr int kRest = 3 * D;
     for (int i = 1; i < D; ++i) {

@@ -37,9 +37,9 @@ void jacobi_rotate(int p, int q, Eigen::Matrix<Real, N, N>& a, Eigen::Matrix<Rea
   a(p, q) = Real(0);
   Real* const ap = a.data() + p * N;  // columns
   Real* const aq = a.data() + q * N;
-  rotate_pairs(c, s, p, ap, 1, aq, 1);                                        // above the diagonal element of p
-  rotate_pairs(c, s, q - p - 1, ap + p + N, N, aq + p + 1, 1);                // row p against column q
-  rotate_pairs(c, s, N - 1 - q, aq + p + N, N, aq + q + N, N);                // rows p and q
+  rotate_pairs(c, s, p, ap, 1, aq, 1);                          // above the diagonal element of p
+  rotate_pairs(c, s, q - p - 1, ap + p + N, N, aq + p + 1, 1);  // row p against column q
+  rotate_pairs(c, s, N - 1 - q, aq + p + N, N, aq + q + N, N);  // rows p and q
   rotate_pairs(c, s, N, vectors.data() + p * N, 1, vectors.data() + q * N, 1);
 }
 

@@ -45,16 +45,14 @@ void evaluate(const Camera& c, const IdealLine& line, double s, const Vec2& pixe
   out->ideal = line.origin + s * line.direction;
   out->radial = radial_at(c, out->ideal.squaredNorm());
   out->distorted = distorted_point(c, out->ideal, out->radial);
-  out->offset_px =
-      Vec2(c.fx * out->distorted(0) + c.cx - pixel(0), c.fy * out->distorted(1) + c.cy - pixel(1));
+  out->offset_px = Vec2(c.fx * out->distorted(0) + c.cx - pixel(0), c.fy * out->distorted(1) + c.cy - pixel(1));
   out->tangent_px = image_motion(c, *out, line.direction);
 }
 
 /// Where the roughly un-distorted pixel faces the line.
 double starting_parameter(const Camera& camera, const IdealLine& line, const Vec2& pixel) {
   const Vec2 distorted((pixel(0) - camera.cx) / camera.fx, (pixel(1) - camera.cy) / camera.fy);
-  const double factor =
-      std::clamp(radial_at(camera, distorted.squaredNorm()).value, kMinStartFactor, kMaxStartFactor);
+  const double factor = std::clamp(radial_at(camera, distorted.squaredNorm()).value, kMinStartFactor, kMaxStartFactor);
   return line.direction.dot(distorted) / factor;
 }
 
@@ -136,8 +134,8 @@ bool line_residual(const Camera& camera, double radius_limit, const CameraLine& 
   return ideal_line(line, radius_limit, &ideal) && line_residual(camera, line, ideal, pixel, &foot, out);
 }
 
-bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine& ideal, const Vec2& pixel,
-                   float* foot, LineResidual* out) {
+bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine& ideal, const Vec2& pixel, float* foot,
+                   LineResidual* out) {
   Candidate best;
   const bool cold = *foot == kNoFoot;
   double s = cold ? starting_parameter(camera, ideal, pixel) : static_cast<double>(*foot);

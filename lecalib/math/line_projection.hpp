@@ -73,7 +73,7 @@ inline constexpr float kNoFoot = 3e38F;
 /// settles, feet hardly move.
 /// @param[in,out] foot kNoFoot at first
 /// @return false, *out unchanged, where the line's image has no tangent
-bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine& ideal, const Vec2& pixel,
-                   float* foot, LineResidual* out);
+bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine& ideal, const Vec2& pixel, float* foot,
+                   LineResidual* out);
 
 }  // namespace lecalib

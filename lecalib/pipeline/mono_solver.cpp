@@ -23,10 +23,10 @@ constexpr double kMinSpread = 1e-6;
 constexpr double kWrongSpreads = 5.0;
 
 /// Largest rms residual, robust sigmas, of a line that is kept: one right line with two points in 10^4 has more.
-constexpr double kLineSpreads = 3.0;
+constexpr double kLineSpreads = 3.5;
 
 /// Rounds of sorting lines and solving anew, at most; two or three settle it.
-constexpr int kMaxSortings = 8;
+constexpr int kMaxSortings = 16;
 
 /// Sigma of a Gaussian over the median of its absolute value.
 constexpr double kGaussianOverMedian = 1.4826;
@@ -110,8 +110,7 @@ void MonoSolver::begin_refinement(const Camera& camera) {
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     if (!policy_.free[i]) start.*kIntrinsics[i] = policy_.prior_mean[i];
   }
-  refiner_.init(data_, policy_, refine, start, workspace_.guess.views, workspace_.residuals,
-                workspace_.feet);
+  refiner_.init(data_, policy_, refine, start, workspace_.guess.views, workspace_.residuals, workspace_.feet);
   phase_ = Phase::refine;
 }
 
@@ -145,7 +144,7 @@ Status MonoSolver::step_refinement() {
   if (phase_ == Phase::refine) {
     phase_ = Phase::refine_robust;
     // Trusted sigmas are only ever widened, and the priors stay in proportion to them.
-    const double spread = residual_spread();
+    const double spread = fitted_spread();
     const double scale = options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread;
     refiner_.set_decrease_tolerance(options_.refine.decrease_tolerance);
     refiner_.set_loss(options_.loss, options_.loss_width * scale, scale);
@@ -154,25 +153,40 @@ Status MonoSolver::step_refinement() {
   return conclude(Status::ok);
 }
 
-/// Robust spread of the residuals in given sigmas: the median absolute one, scaled to a Gaussian's sigma. 1 where too
-/// few residuals remain to tell.
-double MonoSolver::residual_spread() {
+/// Robust spread of the residuals in given sigmas. 1 where too few residuals remain to tell.
+double MonoSolver::fitted_spread() {
   std::size_t count = 0;
   for (std::size_t v = 0; v < data_.views.size(); ++v) {
-    if (!workspace_.guess.views[v].used) continue;
-    const View& view = data_.views[v];
-    for (std::size_t i = view.first; i < view.first + view.count && count < workspace_.sorted_residuals.size(); ++i) {
-      if (!is_left_out(data_, i)) workspace_.sorted_residuals[count++] = std::abs(workspace_.residuals[i]);
-    }
+    if (workspace_.guess.views[v].used) count += points_in_use(data_.views[v]);
   }
   const auto num_free = std::count(policy_.free, policy_.free + kNumIntrinsics, true);
   const double unknowns = 6.0 * static_cast<double>(views_used_) + static_cast<double>(num_free);
   const double dof = static_cast<double>(count) - unknowns;
   if (dof < kMinScaleDof) return 1.0;
+  // A fit makes its residuals smaller.
+  return std::sqrt(static_cast<double>(count) / dof) * spread_of(workspace_.residuals);
+}
+
+std::size_t MonoSolver::points_in_use(const View& view) const {
+  std::size_t count = 0;
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) count += is_left_out(data_, i) ? 0 : 1;
+  return count;
+}
+
+/// The median absolute value, scaled to a Gaussian's sigma, over the points in use.
+double MonoSolver::spread_of(Span<const float> residuals) {
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < data_.views.size(); ++v) {
+    if (!workspace_.guess.views[v].used) continue;
+    const View& view = data_.views[v];
+    for (std::size_t i = view.first; i < view.first + view.count && count < workspace_.sorted_residuals.size(); ++i) {
+      if (!is_left_out(data_, i)) workspace_.sorted_residuals[count++] = std::abs(residuals[i]);
+    }
+  }
+  if (count == 0) return 1.0;
   float* const first = workspace_.sorted_residuals.data();
   std::nth_element(first, first + count / 2, first + count);
-  const double fitted = std::sqrt(static_cast<double>(count) / dof);  // a fit makes its residuals smaller
-  return std::max(kGaussianOverMedian * static_cast<double>(first[count / 2]) * fitted, kMinSpread);
+  return std::max(kGaussianOverMedian * static_cast<double>(first[count / 2]), kMinSpread);
 }
 
 /// Ends an attempt: done where it went well or no start is left, otherwise on to the next start. Of several failures
@@ -217,7 +231,7 @@ bool MonoSolver::keeps_enough_lines(const CalibrationResult& result) const {
 /// Whether some residuals are larger than what the bulk of them explains, or all are too large to be measurements.
 bool MonoSolver::has_wrong_lines() {
   if (result_.rms_px > options_.plausibility.max_rms_share * data_.width) return true;
-  const double spread = residual_spread();
+  const double spread = fitted_spread();
   const double limit = kWrongSpreads * (options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread);
   for (const float residual : workspace_.residuals) {
     if (std::abs(static_cast<double>(residual)) > limit) return true;
@@ -226,9 +240,9 @@ bool MonoSolver::has_wrong_lines() {
 }
 
 Status MonoSolver::begin_ransac() {
-  const Status status = ransac_.init(data_, options_.ransac,
-                                     {workspace_.guess.moments, workspace_.guess.lines, workspace_.chosen},
-                                     workspace_.left_out);
+  const Status status =
+      ransac_.init(data_, options_.ransac, {workspace_.guess.moments, workspace_.guess.lines, workspace_.chosen},
+                   workspace_.left_out);
   if (status == Status::ok) phase_ = Phase::ransac;
   return status;
 }
@@ -249,9 +263,11 @@ Status MonoSolver::step_ransac() {
   return Status::in_progress;
 }
 
-/// Sorts the lines of the views used by the rms of their residuals. @return whether one has changed sides
+/// Sorts the lines of the views used by the rms of their standardised residuals. @return whether one has changed sides
 bool MonoSolver::sort_lines() {
-  const double spread = residual_spread();
+  const Span<float> standardised = workspace_.feet;  // the next refinement begins without
+  if (!refiner_.standardised_residuals(standardised)) return false;
+  const double spread = spread_of(standardised);
   const double limit = kLineSpreads * (options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread);
   bool changed = false;
   for (std::size_t v = 0; v < data_.views.size(); ++v) {
@@ -260,15 +276,22 @@ bool MonoSolver::sort_lines() {
     for (LineMoments& m : workspace_.guess.moments) m = {};
     for (std::size_t i = view.first; i < view.first + view.count; ++i) {
       LineMoments& m = workspace_.guess.moments[data_.points[i].line];
-      const auto residual = static_cast<double>(workspace_.residuals[i]);
+      const auto residual = static_cast<double>(standardised[i]);
       m.xx += residual * residual;
       ++m.count;
     }
+    double worst = limit * limit;  // of the lines in use: the worst one spoils others' residuals, so it goes first
     for (std::size_t i = view.first; i < view.first + view.count; ++i) {
       const LineMoments& m = workspace_.guess.moments[data_.points[i].line];
-      const std::uint8_t wrong = m.xx > limit * limit * m.count ? 1 : 0;
-      changed = changed || wrong != workspace_.left_out[i];
-      workspace_.left_out[i] = wrong;
+      if (workspace_.left_out[i] == 0) worst = std::max(worst, m.xx / m.count);
+    }
+    for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+      const LineMoments& m = workspace_.guess.moments[data_.points[i].line];
+      const double error2 = m.xx / m.count;
+      const bool was_wrong = workspace_.left_out[i] != 0;
+      const bool wrong = error2 > limit * limit && (was_wrong || error2 >= worst);
+      changed = changed || wrong != was_wrong;
+      workspace_.left_out[i] = wrong ? 1 : 0;
     }
     if (count_lines(data_, view, workspace_.guess.moments) < kMinPosedLines) workspace_.guess.views[v].used = false;
   }

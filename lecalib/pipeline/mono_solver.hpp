@@ -62,8 +62,7 @@ constexpr bool carve(Carver& carver, const MonoSolverCapacities& capacities, Mon
          carver.carve(capacities.views, &out->guess.views) && carver.carve(capacities.points, &out->residuals) &&
          carver.carve(capacities.points, &out->sorted_residuals) && carver.carve(capacities.points, &out->feet) &&
          carver.carve(capacities.views, &out->results) && carver.carve(capacities.points, &out->left_out) &&
-         carver.carve(capacities.model_lines, &out->chosen) &&
-         carver.carve(capacities.model_lines, &out->responses);
+         carver.carve(capacities.model_lines, &out->chosen) && carver.carve(capacities.model_lines, &out->responses);
 }
 
 constexpr std::size_t required_bytes(const MonoSolverCapacities& capacities) {
@@ -113,7 +112,9 @@ class MonoSolver {
   Status step_ransac();
   bool has_wrong_lines();
   bool sort_lines();
-  double residual_spread();
+  double fitted_spread();
+  double spread_of(Span<const float> residuals);
+  [[nodiscard]] std::size_t points_in_use(const View& view) const;
   Status conclude(Status status);
   Status judge(Status status, CalibrationResult* result) const;
   void summarise(CalibrationResult* result);

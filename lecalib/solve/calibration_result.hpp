@@ -40,7 +40,7 @@ struct CalibrationResult {
   std::uint32_t points_lost = 0;  ///< with no image of their line inside the distortion's valid radius
   std::uint32_t views_left_out = 0;
   std::uint32_t lines_left_out = 0;  ///< of all views together: found to be wrong, without weight
-  Span<const ViewResult> views;  ///< one per view given; lives in the solver's memory
+  Span<const ViewResult> views;      ///< one per view given; lives in the solver's memory
 };
 
 }  // namespace lecalib

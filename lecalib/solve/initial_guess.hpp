@@ -26,7 +26,7 @@ namespace lecalib {
 struct InitialGuessOptions {
   double good_enough_px = 1.0;   ///< rms; a start as near as this ends the search. >= 0
   double promising_share = 0.1;  ///< rms over image width; the plain start is tried first where it is as near as this
-  double min_view_deg = 10.0;   ///< focal lengths outside of these horizontal fields of view are not candidates
+  double min_view_deg = 10.0;    ///< focal lengths outside of these horizontal fields of view are not candidates
   double max_view_deg = 170.0;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /// Which lines of a view belong to the model where they are said to: random samples of as many lines as the linear
-/// solvers need, each solution judged by how many lines lie near its image of theirs (Fischler and Bolles 1981, with the
-/// truncated cost of Torr and Zisserman 2000, and a refit to all near lines wherever the best is beaten).
+/// solvers need, each solution judged by how many lines lie near its image of theirs (Fischler and Bolles 1981, with
+/// the truncated cost of Torr and Zisserman 2000, and a refit to all near lines wherever the best is beaten).
 #pragma once
 
 #include <cstdint>
@@ -16,11 +16,11 @@
 namespace lecalib {
 
 struct LineRansacOptions {
-  std::uint64_t seed = 1;       ///< same seed, same samples
-  int max_samples = 400;        ///< > 0; for each view and straightening of its image
-  double failure = 1e-6;        ///< drawing ends when the chance that no sample was free of wrong lines is below; (0, 1)
-  double reach_share = 0.04;    ///< of half the image's diagonal: a line is near below this rms distance. > 0
-  double min_right_share = 0.5; ///< of a view's lines; with fewer near ones the whole view is left out. [0, 1]
+  std::uint64_t seed = 1;     ///< same seed, same samples
+  int max_samples = 400;      ///< > 0; for each view and straightening of its image
+  double failure = 1e-6;      ///< drawing ends when the chance that no sample was free of wrong lines is below; (0, 1)
+  double reach_share = 0.04;  ///< of half the image's diagonal: a line is near below this rms distance. > 0
+  double min_right_share = 0.5;  ///< of a view's lines; with fewer near ones the whole view is left out. [0, 1]
 };
 
 /// Scratch from the caller.

@@ -37,6 +37,9 @@ void add_scaled(double factor, const Eigen::Matrix<double, N, 1>& row, double* s
   column += factor * row;
 }
 
+/// Least share of a point's variance that a fit is taken to leave: below, the point alone decides something.
+constexpr double kMinLeft = 1e-3;
+
 Mat6 pose_block_of(const RefineView& view) { return Eigen::Map<const Mat6>(view.pose_block); }
 Mat69 cross_block_of(const RefineView& view) { return Eigen::Map<const Mat69>(view.cross_block); }
 Vec6 pose_gradient_of(const RefineView& view) { return Eigen::Map<const Vec6>(view.pose_gradient); }
@@ -274,6 +277,49 @@ void Refiner::line_responses(Span<LineResponse> responses) const {
       add_line_response(first, last, line_in_camera(R, t, data_.model[line]), radius_limit, eliminated,
                         &responses[line]);
     }
+  }
+}
+
+bool Refiner::standardised_residuals(Span<float> out) const {
+  ReducedSystem system;
+  Cholesky<9> factor;
+  if (!reduce(0.0, &system) || !factor.factor(system.matrix)) return false;
+  Eigen::Matrix<double, 9, 9> covariance =
+      factor.solve(Eigen::Matrix<double, 9, 9>(Eigen::Matrix<double, 9, 9>::Identity()));
+  for (Eigen::Index i = 0; i < 9; ++i) {
+    if (!policy_.free[i]) covariance(i, i) = 0.0;
+  }
+  for (float& value : out) value = 0.0F;
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    if (views_[v].used) standardise_view(v, covariance, out);
+  }
+  return true;
+}
+
+void Refiner::standardise_view(std::size_t index, const Eigen::Matrix<double, 9, 9>& covariance,
+                               Span<float> out) const {
+  const View& span = data_.views[index];
+  Cholesky<6> factor;
+  if (!factor.factor(pose_block_of(views_[index]), kMinPosePivot)) return;
+  const Mat69 eliminated = factor.solve(cross_block_of(views_[index]));
+  const Mat6 pose_covariance = factor.solve(Mat6(Mat6::Identity()));
+  const Mat3 R = rotation_of(views_[index].pose);
+  const Vec3 t = translation_of(views_[index].pose);
+  const double radius_limit = valid_radius(camera_);
+  for (std::size_t i = span.first; i < span.first + span.count; ++i) {
+    const LinePoint& point = data_.points[i];
+    const CameraLine line = line_in_camera(R, t, data_.model[point.line]);
+    LineResidual residual;
+    out[i] = residuals_[i];
+    if (!line_residual(camera_, radius_limit, line, Vec2(point.u_px, point.v_px), &residual)) continue;
+    const double inverse_sigma = 1.0 / point.sigma_px;
+    const double r = residual.value_px * inverse_sigma;
+    const double weight = evaluate_loss(options_.loss, options_.loss_width, r * r).weight;
+    const Vec9 a = inverse_sigma * (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
+    const Vec6 p = inverse_sigma * residual.d_pose.transpose();
+    const double variance = a.dot(covariance.lazyProduct(a)) + p.dot(pose_covariance.lazyProduct(p));
+    const double left = is_left_out(data_, i) ? 1.0 : std::max(1.0 - weight * variance, kMinLeft);
+    out[i] = static_cast<float>(r / std::sqrt(left));
   }
 }
 

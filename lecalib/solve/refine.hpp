@@ -90,6 +90,12 @@ class Refiner {
   /// @param responses one per model line
   void line_responses(Span<LineResponse> responses) const;
 
+  /// Residuals over the spread that the fit leaves to each: r / sqrt(1 - h) with the leverage h of its point, and
+  /// r / sqrt(1 + h) for points left out. A wrong point that pulls the solution to itself has a small residual only.
+  /// @param out one per point; 0 for the points of views not used
+  /// @return false where the equations are singular
+  bool standardised_residuals(Span<float> out) const;
+
   [[nodiscard]] const Camera& camera() const { return camera_; }
   [[nodiscard]] double cost() const { return cost_; }            ///< sum of rho over points, priors included
   [[nodiscard]] double data_cost() const { return data_cost_; }  ///< without the priors
@@ -107,6 +113,7 @@ class Refiner {
   [[nodiscard]] double aspect_precision() const;
   void add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double radius_limit,
                          const Mat69& eliminated, LineResponse* response) const;
+  void standardise_view(std::size_t index, const Eigen::Matrix<double, 9, 9>& covariance, Span<float> out) const;
   bool reduce(double damping, ReducedSystem* out) const;
   bool solve_damped(Vec9* delta) const;
   double apply(const Vec9& delta, double* largest_relative_step);
