@@ -7,9 +7,8 @@
 namespace lecalib {
 namespace {
 
-/// An error of s px along the line changes the residual by about s^2 / (2 radius of curvature), 1e-8 px here, and less
-/// the nearer the point is to the line.
-constexpr double kFootTolerancePx = 2e-3;
+/// An error of s px along the line changes the residual by about s^2 / (2 radius of curvature): 1e-11 px here.
+constexpr double kFootTolerancePx = 1e-4;
 
 /// Where the next search goes on from the step that this one leaves out, one evaluation does: the error of the
 /// residual, 1e-6 px at most, shrinks by its square from one iteration to the next.

@@ -112,6 +112,7 @@ class MonoSolver {
   Status step_ransac();
   bool has_wrong_lines();
   bool sort_lines();
+  bool sort_view(std::size_t index, Span<const float> standardised, double limit);
   double fitted_spread();
   double spread_of(Span<const float> residuals);
   [[nodiscard]] std::size_t points_in_use(const View& view) const;
