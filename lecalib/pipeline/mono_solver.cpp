@@ -266,8 +266,8 @@ Status MonoSolver::step_ransac() {
   return Status::in_progress;
 }
 
-/// Sorts points and lines of the views used by their standardised residuals: a point beyond the limit is wrong, and with
-/// it the whole line where no more than half of the line's points are right. @return whether one has changed sides
+/// Sorts points and lines of the views used by their standardised residuals: a point beyond the limit is wrong, and
+/// with it the whole line where no more than half of the line's points are right. @return whether one has changed sides
 bool MonoSolver::sort_lines() {
   const Span<float> standardised = workspace_.feet;  // the next refinement begins without
   if (!refiner_.standardised_residuals(standardised)) return false;
