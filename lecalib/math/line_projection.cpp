@@ -90,6 +90,14 @@ bool search_foot(const Camera& camera, const IdealLine& line, const Vec2& pixel,
 
 Vec2 unit_normal(const Vec2& tangent) { return Vec2(-tangent(1), tangent(0)) / tangent.norm(); }
 
+bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, double tolerance_px, LineFoot* foot) {
+  Candidate best;
+  double s = starting_parameter(camera, ideal, pixel);
+  if (!search_foot(camera, ideal, pixel, tolerance_px, &s, &best)) return false;
+  *foot = {best.ideal, pixel + best.offset_px, unit_normal(best.tangent_px)};
+  return true;
+}
+
 }  // namespace
 
 CameraLine line_in_camera(const Mat3& R, const Vec3& t, const ModelLine& line) {
@@ -115,15 +123,11 @@ bool ideal_line(const CameraLine& line, double radius_limit, IdealLine* out) {
 
 bool find_foot(const Camera& camera, double radius_limit, const CameraLine& line, const Vec2& pixel, LineFoot* foot) {
   IdealLine ideal;
-  return ideal_line(line, radius_limit, &ideal) && find_foot(camera, ideal, pixel, foot);
+  return ideal_line(line, radius_limit, &ideal) && find_foot(camera, ideal, pixel, kFootTolerancePx, foot);
 }
 
 bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, LineFoot* foot) {
-  Candidate best;
-  double s = starting_parameter(camera, ideal, pixel);
-  if (!search_foot(camera, ideal, pixel, kFootTolerancePx, &s, &best)) return false;
-  *foot = {best.ideal, pixel + best.offset_px, unit_normal(best.tangent_px)};
-  return true;
+  return find_foot(camera, ideal, pixel, kWarmTolerancePx, foot);
 }
 
 bool line_residual(const Camera& camera, double radius_limit, const CameraLine& line, const Vec2& pixel,

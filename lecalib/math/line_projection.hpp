@@ -49,7 +49,8 @@ struct LineFoot {
 /// @return false, *foot unchanged, where no part of the ideal line lies inside radius_limit
 bool find_foot(const Camera& camera, double radius_limit, const CameraLine& line, const Vec2& pixel, LineFoot* foot);
 
-/// As above, with the ideal line at hand. @return false, *foot unchanged, where its image has no tangent
+/// As above, with the ideal line at hand, and to 0.01 px along the line: for those who only look at distances.
+/// @return false, *foot unchanged, where the line's image has no tangent
 bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, LineFoot* foot);
 
 /// Residual and derivatives of one measured pixel.
