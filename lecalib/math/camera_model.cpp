@@ -8,7 +8,9 @@ namespace lecalib {
 namespace {
 
 /// d(r_d)/dr at r^2 = q.
-double radial_slope(const Camera& c, double q) { return 1.0 + q * (3.0 * c.k1 + q * (5.0 * c.k2 + q * 7.0 * c.k3)); }
+double radial_slope(const Camera& c, double q, double below = 0.0) {
+  return (1.0 - below) + q * (3.0 * c.k1 + q * (5.0 * c.k2 + q * 7.0 * c.k3));
+}
 
 /// Keeps a computed limit on the un-folded side in spite of rounding.
 constexpr double kInside = 1.0 - 4e-15;
@@ -17,17 +19,17 @@ double slope_change(const Camera& c, double q) { return 3.0 * c.k1 + q * (10.0 *
 
 /// The root of radial_slope in [low, high], where it falls from above to below zero exactly once, from below: by Newton
 /// steps, halving where one leaves the bracket.
-double root_of_slope(const Camera& c, double low, double high) {
+double root_of_slope(const Camera& c, double below, double low, double high) {
   double q = 0.5 * (low + high);
   for (int i = 0; i < 200 && high - low > 1e-16 * high; ++i) {
-    const double slope = radial_slope(c, q);
+    const double slope = radial_slope(c, q, below);
     (slope > 0.0 ? low : high) = q;
     double next = q - slope / slope_change(c, q);
     if (!(next > low && next < high)) next = 0.5 * (low + high);
     if (next <= low || next >= high) break;
     if (std::abs(next - q) <= 1e-15 * q) {
-      const double below = next * kInside;  // Newton may come from either side
-      return radial_slope(c, below) > 0.0 ? below : low;
+      const double inside = next * kInside;  // Newton may come from either side
+      return radial_slope(c, inside, below) > 0.0 ? inside : low;
     }
     q = next;
   }
@@ -35,24 +37,26 @@ double root_of_slope(const Camera& c, double low, double high) {
 }
 
 /// A lower bound of the slope over [0, q] that is cheap: the terms that pull it down alone.
-bool surely_unfolded(const Camera& c, double q) {
+bool surely_unfolded(const Camera& c, double q, double below = 0.0) {
   const double down = 3.0 * std::min(c.k1, 0.0) + q * (5.0 * std::min(c.k2, 0.0) + q * 7.0 * std::min(c.k3, 0.0));
-  return 1.0 + q * down > 0.0;
+  return (1.0 - below) + q * down > 0.0;
 }
 
 bool is_finite(const Vec2& v) { return std::isfinite(v(0)) && std::isfinite(v(1)); }
 
 }  // namespace
 
-double valid_radius(const Camera& c) {
+double valid_radius(const Camera& c) { return radius_of_slope(c, 0.0); }
+
+double radius_of_slope(const Camera& c, double below) {
   constexpr double kMaxSquare = kUnboundedRadius * kUnboundedRadius;
-  if (surely_unfolded(c, kMaxSquare)) return kUnboundedRadius;
+  if (surely_unfolded(c, kMaxSquare, below)) return kUnboundedRadius;
   if (c.k3 == 0.0) {  // 1 + 3 k1 q + 5 k2 q^2, its smallest positive root in the form that never cancels
-    const double discriminant = 9.0 * c.k1 * c.k1 - 20.0 * c.k2;
+    const double discriminant = 9.0 * c.k1 * c.k1 - 20.0 * c.k2 * (1.0 - below);
     if (!(discriminant >= 0.0)) return kUnboundedRadius;
     const double root = std::sqrt(discriminant);
     const double divisor = root - 3.0 * c.k1;
-    const double q = divisor > 0.0 ? 2.0 / divisor : kMaxSquare;
+    const double q = divisor > 0.0 ? 2.0 * (1.0 - below) / divisor : kMaxSquare;
     return q < kMaxSquare ? std::sqrt(q) * kInside : kUnboundedRadius;
   }
   // The slope is a cubic in q = r^2; between its own turning points (3 k1 + 10 k2 q + 21 k3 q^2 = 0) it is monotonic,
@@ -71,7 +75,7 @@ double valid_radius(const Camera& c) {
   }
   double low = 0.0;
   for (const double high : stations) {
-    if (!(radial_slope(c, high) > 0.0)) return std::sqrt(root_of_slope(c, low, high));
+    if (!(radial_slope(c, high, below) > 0.0)) return std::sqrt(root_of_slope(c, below, low, high));
     low = high;
   }
   return kUnboundedRadius;

@@ -25,6 +25,9 @@ constexpr double kMaxStartFactor = 2.5;
 /// Keeps the foot off the fold itself, where the image of a radial line has no tangent.
 constexpr double kInsideFold = 0.9999;
 
+/// How far lines are followed, over the radius of the knee.
+constexpr double kBeyondKnee = 1.5;
+
 /// A point of the ideal line with its image, relative to the measured pixel.
 struct Candidate {
   Vec2 ideal;
@@ -42,7 +45,7 @@ Vec2 image_motion(const Camera& c, const Candidate& at, const Vec2& direction) {
 
 void evaluate(const Camera& c, const IdealLine& line, double s, const Vec2& pixel, Candidate* out) {
   out->ideal = line.origin + s * line.direction;
-  out->radial = radial_at(c, out->ideal.squaredNorm());
+  out->radial = radial_at(c, out->ideal.squaredNorm(), line.knee, kKneeSlope);
   out->distorted = distorted_point(c, out->ideal, out->radial);
   out->offset_px = Vec2(c.fx * out->distorted(0) + c.cx - pixel(0), c.fy * out->distorted(1) + c.cy - pixel(1));
   out->tangent_px = image_motion(c, *out, line.direction);
@@ -106,6 +109,12 @@ CameraLine line_in_camera(const Mat3& R, const Vec3& t, const ModelLine& line) {
   return {p.cross(direction), direction};
 }
 
+bool straightened_line(const CameraLine& line, double knee, IdealLine* out) {
+  if (!ideal_line(line, kBeyondKnee * knee, out)) return false;
+  out->knee = knee;
+  return true;
+}
+
 bool ideal_line(const CameraLine& line, double radius_limit, IdealLine* out) {
   const Vec2 n = line.moment.head<2>();
   const double scale = n.norm();
@@ -118,6 +127,7 @@ bool ideal_line(const CameraLine& line, double radius_limit, IdealLine* out) {
   out->origin = -offset * out->normal;
   out->scale = scale;
   out->half_length = std::sqrt(limit * limit - offset * offset);
+  out->knee = kUnboundedRadius;
   return true;
 }
 
@@ -156,7 +166,8 @@ bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine
   out->d_intrinsics(1) = -normal(1) * best.distorted(1);
   out->d_intrinsics(2) = -normal(0);
   out->d_intrinsics(3) = -normal(1);
-  out->d_intrinsics.tail<5>() = -distortion_gradient(best.ideal, Vec2(normal(0) * camera.fx, normal(1) * camera.fy));
+  out->d_intrinsics.tail<5>() =
+      -distortion_gradient(best.ideal, Vec2(normal(0) * camera.fx, normal(1) * camera.fy), ideal.knee);
   return true;
 }
 

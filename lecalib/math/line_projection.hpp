@@ -30,11 +30,21 @@ struct IdealLine {
   Vec2 origin;   ///< the line's point nearest to the principal point
   double scale;  ///< moment = scale (normal, offset)
   double half_length;
+  double knee = kUnboundedRadius;  ///< see straightened_line()
 };
 
 /// @param radius_limit at most valid_radius() of the camera
 /// @return false, *out unchanged, where no part of the line lies inside
 bool ideal_line(const CameraLine& line, double radius_limit, IdealLine* out);
+
+/// Slope of the radial curve at its knee: what is mapped to less than a tenth of its size is no good image.
+inline constexpr double kKneeSlope = 0.1;
+
+/// As ideal_line(), on a radial curve that goes on straight from `knee` = radius_of_slope(camera, kKneeSlope) on. The
+/// refinement moves through cameras whose fold lies inside of lines that are seen; with the fold, such lines have no
+/// image or one that ends, and the cost jumps.
+/// @return false, *out unchanged, where the line lies further out than half as far again as the knee
+bool straightened_line(const CameraLine& line, double knee, IdealLine* out);
 
 /// The point of a line's distorted image nearest to a measured pixel.
 struct LineFoot {

@@ -105,7 +105,7 @@ bool Refiner::all_within(Loss loss, double width) const {
   return true;
 }
 
-void Refiner::linearise_view(std::size_t index, double radius_limit) {
+void Refiner::linearise_view(std::size_t index, double knee) {
   const View& span = data_.views[index];
   RefineView& view = views_[index];
   const Mat3 R = rotation_of(view.pose);
@@ -122,7 +122,7 @@ void Refiner::linearise_view(std::size_t index, double radius_limit) {
     if (point.line != held_line) {
       held_line = point.line;
       line = line_in_camera(R, t, data_.model[held_line]);
-      visible = ideal_line(line, radius_limit, &ideal);
+      visible = straightened_line(line, knee, &ideal);
     }
     LineResidual residual;
     const bool counts = !is_left_out(data_, i);
@@ -207,9 +207,9 @@ bool Refiner::linearise() {
   data_gradient_.setZero();
   data_cost_ = 0.0;
   points_used_ = points_lost_ = 0;
-  const double radius_limit = valid_radius(camera_);
+  const double knee = radius_of_slope(camera_, kKneeSlope);
   for (std::size_t v = 0; v < views_.size(); ++v) {
-    if (views_[v].used) linearise_view(v, radius_limit);
+    if (views_[v].used) linearise_view(v, knee);
   }
   add_priors();
   return std::isfinite(cost_) && camera_.fx > 0.0 && camera_.fy > 0.0;
@@ -244,14 +244,17 @@ bool Refiner::reduce(double damping, ReducedSystem* out) const {
 
 /// Adds what the points [first, last), all of one line in one view, contribute.
 /// @param eliminated inv(C) E of the view
-void Refiner::add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double radius_limit,
+void Refiner::add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double knee,
                                 const Mat69& eliminated, LineResponse* response) const {
   Eigen::Map<Vec9> gradient(response->gradient);
+  IdealLine ideal;
+  if (!straightened_line(line, knee, &ideal)) return;
   for (std::size_t i = first; i < last; ++i) {
     if (is_left_out(data_, i)) continue;
     const LinePoint& point = data_.points[i];
     LineResidual residual;
-    if (!line_residual(camera_, radius_limit, line, Vec2(point.u_px, point.v_px), &residual)) continue;
+    float foot = kNoFoot;
+    if (!line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) continue;
     const double inverse_sigma = 1.0 / point.sigma_px;
     const double r = residual.value_px * inverse_sigma;
     const double weight =
@@ -262,7 +265,7 @@ void Refiner::add_line_response(std::size_t first, std::size_t last, const Camer
 
 void Refiner::line_responses(Span<LineResponse> responses) const {
   for (LineResponse& response : responses) response = {};
-  const double radius_limit = valid_radius(camera_);
+  const double knee = radius_of_slope(camera_, kKneeSlope);
   Cholesky<6> factor;
   for (std::size_t v = 0; v < views_.size(); ++v) {
     const RefineView& view = views_[v];
@@ -274,8 +277,7 @@ void Refiner::line_responses(Span<LineResponse> responses) const {
     for (std::size_t first = data_.views[v].first, last = first; first < end; first = last) {
       const std::uint16_t line = data_.points[first].line;
       while (last < end && data_.points[last].line == line) ++last;
-      add_line_response(first, last, line_in_camera(R, t, data_.model[line]), radius_limit, eliminated,
-                        &responses[line]);
+      add_line_response(first, last, line_in_camera(R, t, data_.model[line]), knee, eliminated, &responses[line]);
     }
   }
 }
@@ -305,13 +307,17 @@ void Refiner::standardise_view(std::size_t index, const Eigen::Matrix<double, 9,
   const Mat6 pose_covariance = factor.solve(Mat6(Mat6::Identity()));
   const Mat3 R = rotation_of(views_[index].pose);
   const Vec3 t = translation_of(views_[index].pose);
-  const double radius_limit = valid_radius(camera_);
+  const double knee = radius_of_slope(camera_, kKneeSlope);
   for (std::size_t i = span.first; i < span.first + span.count; ++i) {
     const LinePoint& point = data_.points[i];
     const CameraLine line = line_in_camera(R, t, data_.model[point.line]);
+    IdealLine ideal;
     LineResidual residual;
+    float foot = kNoFoot;
     out[i] = residuals_[i];
-    if (!line_residual(camera_, radius_limit, line, Vec2(point.u_px, point.v_px), &residual)) continue;
+    if (!straightened_line(line, knee, &ideal) ||
+        !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual))
+      continue;
     const double inverse_sigma = 1.0 / point.sigma_px;
     const double r = residual.value_px * inverse_sigma;
     const double weight = evaluate_loss(options_.loss, options_.loss_width, r * r).weight;

@@ -106,12 +106,12 @@ class Refiner {
 
  private:
   bool linearise();
-  void linearise_view(std::size_t index, double radius_limit);
+  void linearise_view(std::size_t index, double knee);
   void add_priors();
   [[nodiscard]] bool all_within(Loss loss, double width) const;
   [[nodiscard]] double prior_precision(std::size_t i) const;
   [[nodiscard]] double aspect_precision() const;
-  void add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double radius_limit,
+  void add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double knee,
                          const Mat69& eliminated, LineResponse* response) const;
   void standardise_view(std::size_t index, const Eigen::Matrix<double, 9, 9>& covariance, Span<float> out) const;
   bool reduce(double damping, ReducedSystem* out) const;
