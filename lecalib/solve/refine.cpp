@@ -72,6 +72,7 @@ void Refiner::init(const CalibrationData& data, const ParameterPolicy& policy, c
   camera_ = camera;
   iterations_ = 0;
   num_free_ = 0;
+  damping_ = kInitialDamping;
   linearised_ = false;
   for (int i = 0; i < static_cast<int>(kNumIntrinsics); ++i) {
     if (policy.free[i]) free_[num_free_++] = i;
@@ -85,7 +86,7 @@ void Refiner::set_loss(Loss loss, double width, double sigma_scale) {
   options_.loss = loss;
   options_.loss_width = width;
   prior_weight_ = sigma_scale * sigma_scale;
-  damping_ = kInitialDamping;
+  damping_ = std::min(damping_, kInitialDamping);
   damping_growth_ = 2.0;
   linearised_ = same;
   if (same) add_priors();
@@ -117,6 +118,7 @@ void Refiner::linearise_view(std::size_t index, double knee) {
   CameraLine line{};
   IdealLine ideal{};
   bool visible = false;
+  const bool first_six = num_free_ > 0 && free_[num_free_ - 1] < 6;
   for (std::size_t i = span.first; i < span.first + span.count; ++i) {
     const LinePoint& point = data_.points[i];
     if (point.line != held_line) {
@@ -145,6 +147,7 @@ void Refiner::linearise_view(std::size_t index, double knee) {
     const double gain = loss.weight == 1.0 ? inverse_sigma : std::sqrt(loss.weight) * inverse_sigma;
     const Vec6 p = gain * residual.d_pose.transpose();
     const Vec9 a = gain * residual.d_intrinsics.transpose();
+    const Vec6 first = a.head<6>();
     const double weighted = gain * residual.value_px;
     h -= weighted * p;
     data_gradient_ -= weighted * a;
@@ -152,7 +155,11 @@ void Refiner::linearise_view(std::size_t index, double knee) {
     for (int j = 0; j < num_free_; ++j) {
       const int c = free_[j];
       add_scaled(a(c), p, &E(0, c));
-      add_scaled(a(c), a, &data_block_(0, c));
+      if (first_six) {
+        add_scaled(a(c), first, &data_block_(0, c));
+      } else {
+        add_scaled(a(c), a, &data_block_(0, c));
+      }
     }
   }
   Eigen::Map<Mat6>(view.pose_block) = C;

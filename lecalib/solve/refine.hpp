@@ -33,7 +33,7 @@ struct RefineOptions {
   Loss loss = Loss::squared;
   double loss_width = 3.0;           ///< sigmas; where the loss leaves the square
   int max_iterations = 100;          ///< steps tried, accepted or not; > 0
-  double decrease_tolerance = 1e-8;  ///< relative; of 100 points' cost this is some 1e-3 sigma, in the step just made
+  double decrease_tolerance = 1e-6;  ///< relative; of 50 points' cost this is some 0.007 sigma, in the step just made
   double step_tolerance = 1e-11;     ///< relative
 };
 
