@@ -16,6 +16,7 @@
 
 namespace lecalib {
 
+using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Mat69 = Eigen::Matrix<double, 6, 9>;
 
 /// Why a refinement stopped. Values are stable.
@@ -47,6 +48,13 @@ struct RefineView {
   double pose_gradient[6];  ///< -J_pose' W r
   bool used;                ///< false: the view has no start or too few lines, and is left out
 };
+
+inline Mat6 pose_block_of(const RefineView& view) { return Eigen::Map<const Mat6>(view.pose_block); }
+inline Mat69 cross_block_of(const RefineView& view) { return Eigen::Map<const Mat69>(view.cross_block); }
+
+/// A pivot below this share of its diagonal: the six pose parameters are not independent (all lines parallel, or all
+/// through one point).
+inline constexpr double kMinPosePivot = 1e-11;
 
 /// The intrinsics' own normal equations with the poses eliminated.
 struct ReducedSystem {
