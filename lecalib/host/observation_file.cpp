@@ -12,8 +12,8 @@
 namespace lecalib::host {
 namespace {
 
-/// Noise, lines that were extended to a window's end and what a pincushion lens throws out may lie outside of the image; a
-/// wrong --sensor does it grossly.
+/// Noise, lines that were extended to a window's end and what a pincushion lens throws out may lie outside of the
+/// image; a wrong --sensor does it grossly.
 constexpr double kMaxOutside = 0.25;
 
 struct Row {
