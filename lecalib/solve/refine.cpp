@@ -33,6 +33,13 @@ void add_scaled(double factor, const Eigen::Matrix<double, N, 1>& row, double* s
   column += factor * row;
 }
 
+/// Adds v v' to the lower triangle of *sum, from column K on, unrolled like the above.
+template <int K = 0, int N, int M>
+void add_lower_square(const Eigen::Matrix<double, N, 1>& v, Eigen::Matrix<double, M, M>* sum) {
+  sum->template block<N - K, 1>(K, K) += v(K) * v.template tail<N - K>();
+  if constexpr (K + 1 < N) add_lower_square<K + 1>(v, sum);
+}
+
 Vec6 pose_gradient_of(const RefineView& view) { return Eigen::Map<const Vec6>(view.pose_gradient); }
 
 }  // namespace
@@ -138,20 +145,16 @@ void Refiner::linearise_view(std::size_t index, double knee) {
     const double gain = loss.weight == 1.0 ? inverse_sigma : std::sqrt(loss.weight) * inverse_sigma;
     const Vec6 p = gain * residual.d_pose.transpose();
     const Vec9 a = gain * residual.d_intrinsics.transpose();
-    const Vec6 first = a.head<6>();
     const double weighted = gain * residual.value_px;
     h -= weighted * p;
     data_gradient_ -= weighted * a;
-    for (int c = 0; c < 6; ++c) add_scaled(p(c), p, &C(0, c));
-    for (int j = 0; j < num_free_; ++j) {
-      const int c = free_[j];
-      add_scaled(a(c), p, &E(0, c));
-      if (first_six) {
-        add_scaled(a(c), first, &data_block_(0, c));
-      } else {
-        add_scaled(a(c), a, &data_block_(0, c));
-      }
+    add_lower_square(p, &C);
+    if (first_six) {
+      add_lower_square(Vec6(a.head<6>()), &data_block_);
+    } else {
+      add_lower_square(a, &data_block_);
     }
+    for (int j = 0; j < num_free_; ++j) add_scaled(a(free_[j]), p, &E(0, free_[j]));
   }
   Eigen::Map<Mat6>(view.pose_block) = C;
   Eigen::Map<Mat69>(view.cross_block) = E;
