@@ -91,10 +91,12 @@ void add_inputs(CLI::App* command, CalibrateOptions* options) {
 
 }  // namespace
 
-void CalibrateOptions::apply(PolicyOptions* policy) const {
-  policy->free_k3 = free_k3;
-  policy->free_distortion = !hold_distortion;
-  policy->free_centre = !hold_centre;
+void CalibrateOptions::apply(MonoSolverOptions* solver) const {
+  solver->policy.free_k3 = free_k3;
+  solver->policy.free_distortion = !hold_distortion;
+  solver->policy.free_centre = !hold_centre;
+  solver->reject_lines = !trust_lines;
+  if (max_focal_sigma > 0) solver->plausibility.max_focal_sigma = max_focal_sigma;
 }
 
 void add_calibrate(CLI::App& app) {
@@ -108,6 +110,13 @@ void add_calibrate(CLI::App& app) {
   command->add_flag("--free-k3", options->free_k3, "Estimate k3 (r^6) too; for wide lenses seen to their rim");
   command->add_flag("--no-distortion", options->hold_distortion, "Hold k1, k2, p1, p2 and k3 at 0");
   command->add_flag("--centred", options->hold_centre, "Hold the principal point at the image's centre");
+  command->add_flag("--trust-lines", options->trust_lines,
+                    "With --observations: use all lines, also those that do not fit the others");
+  command
+      ->add_option("--max-focal-sigma", options->max_focal_sigma,
+                   "Refuse a focal length whose sigma is above this share of it (0.3 from points, 0.015 from events)")
+      ->type_name("SHARE")
+      ->check(CLI::PositiveNumber);
   command->callback([options] { run(*options); });
 }
 

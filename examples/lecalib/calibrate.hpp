@@ -7,7 +7,7 @@
 
 #include "lecalib/host/calibration_report.hpp"
 #include "lecalib/host/model_file.hpp"
-#include "lecalib/solve/parameter_policy.hpp"
+#include "lecalib/pipeline/mono_solver.hpp"
 
 namespace lecalib::command {
 
@@ -21,9 +21,11 @@ struct CalibrateOptions {
   bool free_k3 = false;
   bool hold_distortion = false;
   bool hold_centre = false;
+  bool trust_lines = false;
+  double max_focal_sigma = 0;  ///< share of the focal length; 0: the solver's own
 
-  /// What the options ask of the solver; the rest of the policy stays as it is.
-  void apply(PolicyOptions* policy) const;
+  /// What the options ask of the solver; the rest stays as it is.
+  void apply(MonoSolverOptions* solver) const;
 };
 
 /// From measured points. Fills *report also when it ends by fail().

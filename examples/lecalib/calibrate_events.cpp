@@ -87,7 +87,7 @@ void calibrate_events(const CalibrateOptions& options, const host::Model& model,
   capacities.sensor_width = files.front().sensor().width;
   capacities.sensor_height = files.front().sensor().height;
   MonoOptions mono;
-  options.apply(&mono.solver.policy);
+  options.apply(&mono.solver);
   mono.detector.clock_ns = &thread_cpu_ns;
   const host::HeapArena block(required_bytes(capacities));
   MonoCalibrator calibrator;

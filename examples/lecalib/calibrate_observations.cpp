@@ -18,7 +18,7 @@ void calibrate_observations(const CalibrateOptions& options, const host::Model& 
 
   const CalibrationData data{sensor.width, sensor.height, model.lines, observations.points, observations.views};
   MonoSolverOptions solver_options;
-  options.apply(&solver_options.policy);
+  options.apply(&solver_options);
   solver_options.covariance.trust_sigma = observations.has_sigma;
   const MonoSolverCapacities capacities{data.views.size(), data.points.size(), data.model.size()};
   const host::HeapArena block(required_bytes(capacities));

@@ -8,6 +8,8 @@
 namespace lecalib::host {
 namespace {
 
+constexpr const char* kLinesLeftOut = "lines_left_out";
+
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
@@ -47,6 +49,7 @@ void add_result(const CalibrationResult& result, Span<const View> views, const s
   diagnostics.reason = explanation(result.status, result.parameter);
   diagnostics.counts.push_back({"views", views.size()});
   diagnostics.counts.push_back({"views_left_out", result.views_left_out});
+  diagnostics.counts.push_back({kLinesLeftOut, result.lines_left_out});
   diagnostics.counts.push_back({"points", result.points});
   diagnostics.counts.push_back({"points_lost", result.points_lost});
   diagnostics.numbers.push_back({"rms_px", result.rms_px});
@@ -115,6 +118,11 @@ std::string calibration_text(const CalibrationReport& report) {
     for (std::size_t i = 0; i < kNumIntrinsics; ++i) text += parameter_text(entry, i);
     text += "  rms " + fixed(entry.rms_px, 3) + " px over " + std::to_string(report.views.size()) + " views\n";
     if (!entry.assumed.empty()) text += "  assumed: " + joined(entry.assumed) + "\n";
+  }
+  for (const NamedCount& count : report.diagnostics.counts) {
+    if (count.name == kLinesLeftOut && count.value > 0) {
+      text += "  left out, as they do not fit the others: " + std::to_string(count.value) + " lines\n";
+    }
   }
   return text;
 }

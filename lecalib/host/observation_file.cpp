@@ -12,8 +12,9 @@
 namespace lecalib::host {
 namespace {
 
-/// Noise and lines that were extended to a window's end may leave the image a little; a wrong --sensor does it grossly.
-constexpr double kMaxOutside = 0.1;
+/// Noise, lines that were extended to a window's end and what a pincushion lens throws out may lie outside of the
+/// image; a wrong --sensor does it grossly.
+constexpr double kMaxOutside = 0.25;
 
 struct Row {
   std::uint32_t view;

@@ -8,33 +8,57 @@ namespace lecalib {
 namespace {
 
 /// d(r_d)/dr at r^2 = q.
-double radial_slope(const Camera& c, double q) { return 1.0 + q * (3.0 * c.k1 + q * (5.0 * c.k2 + q * 7.0 * c.k3)); }
+double radial_slope(const Camera& c, double q, double below = 0.0) {
+  return (1.0 - below) + q * (3.0 * c.k1 + q * (5.0 * c.k2 + q * 7.0 * c.k3));
+}
 
-double radial_factor(const Camera& c, double q) { return 1.0 + q * (c.k1 + q * (c.k2 + q * c.k3)); }
+/// Keeps a computed limit on the un-folded side in spite of rounding.
+constexpr double kInside = 1.0 - 4e-15;
 
-/// The root of radial_slope in [low, high], where it falls from above to below zero exactly once.
-double bisect_slope(const Camera& c, double low, double high) {
+double slope_change(const Camera& c, double q) { return 3.0 * c.k1 + q * (10.0 * c.k2 + q * 21.0 * c.k3); }
+
+/// The root of radial_slope in [low, high], where it falls from above to below zero exactly once, from below: by Newton
+/// steps, halving where one leaves the bracket.
+double root_of_slope(const Camera& c, double below, double low, double high) {
+  double q = 0.5 * (low + high);
   for (int i = 0; i < 200 && high - low > 1e-16 * high; ++i) {
-    const double middle = 0.5 * (low + high);
-    if (middle <= low || middle >= high) break;
-    (radial_slope(c, middle) > 0.0 ? low : high) = middle;
+    const double slope = radial_slope(c, q, below);
+    (slope > 0.0 ? low : high) = q;
+    double next = q - slope / slope_change(c, q);
+    if (!(next > low && next < high)) next = 0.5 * (low + high);
+    if (next <= low || next >= high) break;
+    if (std::abs(next - q) <= 1e-15 * q) {
+      const double inside = next * kInside;  // Newton may come from either side
+      return radial_slope(c, inside, below) > 0.0 ? inside : low;
+    }
+    q = next;
   }
   return low;
 }
 
 /// A lower bound of the slope over [0, q] that is cheap: the terms that pull it down alone.
-bool surely_unfolded(const Camera& c, double q) {
+bool surely_unfolded(const Camera& c, double q, double below = 0.0) {
   const double down = 3.0 * std::min(c.k1, 0.0) + q * (5.0 * std::min(c.k2, 0.0) + q * 7.0 * std::min(c.k3, 0.0));
-  return 1.0 + q * down > 0.0;
+  return (1.0 - below) + q * down > 0.0;
 }
 
 bool is_finite(const Vec2& v) { return std::isfinite(v(0)) && std::isfinite(v(1)); }
 
 }  // namespace
 
-double valid_radius(const Camera& c) {
+double valid_radius(const Camera& c) { return radius_of_slope(c, 0.0); }
+
+double radius_of_slope(const Camera& c, double below) {
   constexpr double kMaxSquare = kUnboundedRadius * kUnboundedRadius;
-  if (surely_unfolded(c, kMaxSquare)) return kUnboundedRadius;
+  if (surely_unfolded(c, kMaxSquare, below)) return kUnboundedRadius;
+  if (c.k3 == 0.0) {  // 1 + 3 k1 q + 5 k2 q^2, its smallest positive root in the form that never cancels
+    const double discriminant = 9.0 * c.k1 * c.k1 - 20.0 * c.k2 * (1.0 - below);
+    if (!(discriminant >= 0.0)) return kUnboundedRadius;
+    const double root = std::sqrt(discriminant);
+    const double divisor = root - 3.0 * c.k1;
+    const double q = divisor > 0.0 ? 2.0 * (1.0 - below) / divisor : kMaxSquare;
+    return q < kMaxSquare ? std::sqrt(q) * kInside : kUnboundedRadius;
+  }
   // The slope is a cubic in q = r^2; between its own turning points (3 k1 + 10 k2 q + 21 k3 q^2 = 0) it is monotonic,
   // so the first of these at or below zero ends the interval that holds the first root.
   double stations[3] = {kMaxSquare, kMaxSquare, kMaxSquare};
@@ -51,28 +75,23 @@ double valid_radius(const Camera& c) {
   }
   double low = 0.0;
   for (const double high : stations) {
-    if (!(radial_slope(c, high) > 0.0)) return std::sqrt(bisect_slope(c, low, high));
+    if (!(radial_slope(c, high, below) > 0.0)) return std::sqrt(root_of_slope(c, below, low, high));
     low = high;
   }
   return kUnboundedRadius;
 }
 
 Vec2 distort(const Camera& c, const Vec2& ideal, Mat2* d_ideal, Mat25* d_coefficients) {
-  const double x = ideal(0), y = ideal(1);
-  const double xx = x * x, yy = y * y, xy = x * y;
-  const double q = xx + yy;
-  const double radial = radial_factor(c, q);
+  const RadialFactor radial = radial_at(c, ideal.squaredNorm());
   if (d_ideal != nullptr) {
-    const double d_radial = 2.0 * (c.k1 + q * (2.0 * c.k2 + q * 3.0 * c.k3));  // d(radial)/dx = x d_radial
-    (*d_ideal)(0, 0) = radial + xx * d_radial + 2.0 * c.p1 * y + 6.0 * c.p2 * x;
-    (*d_ideal)(0, 1) = (*d_ideal)(1, 0) = xy * d_radial + 2.0 * c.p1 * x + 2.0 * c.p2 * y;
-    (*d_ideal)(1, 1) = radial + yy * d_radial + 2.0 * c.p2 * x + 6.0 * c.p1 * y;
+    d_ideal->col(0) = distorted_motion(c, ideal, radial, Vec2(1.0, 0.0));
+    d_ideal->col(1) = distorted_motion(c, ideal, radial, Vec2(0.0, 1.0));
   }
   if (d_coefficients != nullptr) {
-    *d_coefficients << x * q, x * q * q, 2.0 * xy, q + 2.0 * xx, x * q * q * q,  //
-        y * q, y * q * q, q + 2.0 * yy, 2.0 * xy, y * q * q * q;
+    d_coefficients->row(0) = distortion_gradient(ideal, Vec2(1.0, 0.0));
+    d_coefficients->row(1) = distortion_gradient(ideal, Vec2(0.0, 1.0));
   }
-  return {x * radial + 2.0 * c.p1 * xy + c.p2 * (q + 2.0 * xx), y * radial + 2.0 * c.p2 * xy + c.p1 * (q + 2.0 * yy)};
+  return distorted_point(c, ideal, radial);
 }
 
 bool project(const Camera& c, const Vec3& x_cam, Vec2* pixel, Mat23* d_point, Mat29* d_intrinsics) {
@@ -106,12 +125,12 @@ bool project(const Camera& c, const Vec3& x_cam, Vec2* pixel, Mat23* d_point, Ma
 }
 
 double undistort_radius(const Camera& c, double distorted_radius, double radius_limit, double tolerance) {
-  if (!(distorted_radius < radius_limit * radial_factor(c, radius_limit * radius_limit))) return radius_limit;
+  if (!(distorted_radius < radius_limit * radial_at(c, radius_limit * radius_limit).value)) return radius_limit;
   double low = 0.0;
   double high = radius_limit;
   double r = std::min(distorted_radius, high);
   for (int i = 0; i < 100; ++i) {
-    const double error = r * radial_factor(c, r * r) - distorted_radius;
+    const double error = r * radial_at(c, r * r).value - distorted_radius;
     (error > 0.0 ? high : low) = r;
     double next = r - error / radial_slope(c, r * r);
     if (!(next > low && next < high)) next = 0.5 * (low + high);  // Newton left the bracket
@@ -121,10 +140,11 @@ double undistort_radius(const Camera& c, double distorted_radius, double radius_
   return r;
 }
 
-bool unproject(const Camera& c, const Vec2& pixel, Vec2* ideal) {
+bool unproject(const Camera& c, const Vec2& pixel, Vec2* ideal) { return unproject(c, valid_radius(c), pixel, ideal); }
+
+bool unproject(const Camera& c, double limit, const Vec2& pixel, Vec2* ideal) {
   const Vec2 distorted((pixel(0) - c.cx) / c.fx, (pixel(1) - c.cy) / c.fy);
   if (!is_finite(distorted)) return false;
-  const double limit = valid_radius(c);
   const double distorted_radius = distorted.norm();
   const double r = undistort_radius(c, distorted_radius, limit);
   Vec2 x = distorted_radius > 0.0 ? Vec2(distorted * (r / distorted_radius)) : distorted;

@@ -9,6 +9,9 @@
 /// function here returns a point of the folded branch.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "lecalib/core/records.hpp"
 #include "lecalib/math/eigen.hpp"
 
@@ -24,6 +27,60 @@ inline constexpr double kUnboundedRadius = 1e3;
 
 /// Largest ideal radius |(x, y)| of the un-folded branch: the smallest r > 0 with d(r_d)/dr = 0 (p1, p2 left aside).
 double valid_radius(const Camera& camera);
+
+/// The smallest r > 0 with d(r_d)/dr = slope, in [0, 1); kUnboundedRadius where there is none.
+double radius_of_slope(const Camera& camera, double slope);
+
+/// The radial factor of the distortion and its derivative by the squared ideal radius q.
+struct RadialFactor {
+  double value;
+  double by_q;
+};
+
+inline RadialFactor radial_at(const Camera& c, double q) {
+  return {1.0 + q * (c.k1 + q * (c.k2 + q * c.k3)), c.k1 + q * (2.0 * c.k2 + q * 3.0 * c.k3)};
+}
+
+/// The same with the radial curve going on straight, with `slope`, from the radius `knee` on, where its own slope has
+/// fallen to that: a curve without a fold, for searches on the way to a camera whose points all lie inside.
+inline RadialFactor radial_at(const Camera& c, double q, double knee, double slope) {
+  if (!(q > knee * knee)) return radial_at(c, q);
+  const double r = std::sqrt(q);
+  const double value = (knee * radial_at(c, knee * knee).value + slope * (r - knee)) / r;
+  return {value, (slope - value) / (2.0 * q)};
+}
+
+/// The image of an ideal point whose radial factor is at hand, normalised coordinates.
+inline Vec2 distorted_point(const Camera& c, const Vec2& ideal, const RadialFactor& radial) {
+  const double x = ideal(0), y = ideal(1);
+  const double xy2 = 2.0 * x * y, q = x * x + y * y;
+  return {x * radial.value + c.p1 * xy2 + c.p2 * (q + 2.0 * x * x),
+          y * radial.value + c.p2 * xy2 + c.p1 * (q + 2.0 * y * y)};
+}
+
+/// How that image moves when the ideal point moves by `v`: J v.
+inline Vec2 distorted_motion(const Camera& c, const Vec2& ideal, const RadialFactor& radial, const Vec2& v) {
+  const double x = ideal(0), y = ideal(1);
+  const double stretch = 2.0 * radial.by_q * (x * v(0) + y * v(1));
+  const double cross = 2.0 * (c.p1 * x + c.p2 * y);
+  return {radial.value * v(0) + x * stretch + (2.0 * c.p1 * y + 6.0 * c.p2 * x) * v(0) + cross * v(1),
+          radial.value * v(1) + y * stretch + cross * v(0) + (2.0 * c.p2 * x + 6.0 * c.p1 * y) * v(1)};
+}
+
+/// weight . d(image)/d(k1 k2 p1 p2 k3), image in normalised coordinates.
+/// @param knee radius from which on the radial curve is taken to go on straight, as radial_at() with a knee does
+inline Eigen::Matrix<double, 1, 5> distortion_gradient(const Vec2& ideal, const Vec2& weight,
+                                                       double knee = kUnboundedRadius) {
+  const double x = ideal(0), y = ideal(1);
+  const double q = x * x + y * y, xy2 = 2.0 * x * y;
+  const double q_bent = std::min(q, knee * knee);  // the curve's bent part ends there
+  double along = (weight(0) * x + weight(1) * y) * q_bent;
+  if (q_bent < q) along *= std::sqrt(q_bent / q);
+  Eigen::Matrix<double, 1, 5> gradient;
+  gradient << along, along * q_bent, weight(0) * xy2 + weight(1) * (q + 2.0 * y * y),
+      weight(0) * (q + 2.0 * x * x) + weight(1) * xy2, along * q_bent * q_bent;
+  return gradient;
+}
 
 /// Ideal to distorted normalised coordinates, without any check of the domain: for loops that hold valid_radius().
 /// @param[out] d_ideal        2 x 2, may be null
@@ -41,6 +98,9 @@ bool project(const Camera& camera, const Vec3& x_cam, Vec2* pixel, Mat23* d_poin
 /// Ideal normalised coordinates of a pixel.
 /// @return false, *ideal unchanged, where no point of the un-folded branch has this image
 bool unproject(const Camera& camera, const Vec2& pixel, Vec2* ideal);
+
+/// As above, for loops that hold `radius_limit` = valid_radius(camera).
+bool unproject(const Camera& camera, double radius_limit, const Vec2& pixel, Vec2* ideal);
 
 /// The ideal radius in [0, radius_limit] whose distorted radius is `distorted_radius` (p1, p2 left aside);
 /// radius_limit, at most valid_radius(), where it lies beyond.

@@ -26,12 +26,11 @@ class Cholesky {
       double pivot = 1.0;
       for (int k = 0; k < j; ++k) pivot -= L_(j, k) * L_(j, k);
       if (!(pivot > min_pivot)) return false;
-      L_(j, j) = std::sqrt(pivot);
-      const double inverse = 1.0 / L_(j, j);
+      inverse_(j) = 1.0 / std::sqrt(pivot);
       for (int i = j + 1; i < N; ++i) {
         double sum = a(i, j) * scale_(i) * scale_(j);
         for (int k = 0; k < j; ++k) sum -= L_(i, k) * L_(j, k);
-        L_(i, j) = sum * inverse;
+        L_(i, j) = sum * inverse_(j);
       }
     }
     return true;
@@ -45,12 +44,12 @@ class Cholesky {
       for (int i = 0; i < N; ++i) {
         double sum = b(i, c) * scale_(i);
         for (int k = 0; k < i; ++k) sum -= L_(i, k) * x(k, c);
-        x(i, c) = sum / L_(i, i);
+        x(i, c) = sum * inverse_(i);
       }
       for (int i = N - 1; i >= 0; --i) {
         double sum = x(i, c);
         for (int k = i + 1; k < N; ++k) sum -= L_(k, i) * x(k, c);
-        x(i, c) = sum / L_(i, i);
+        x(i, c) = sum * inverse_(i);
       }
       for (int i = 0; i < N; ++i) x(i, c) *= scale_(i);
     }
@@ -58,7 +57,8 @@ class Cholesky {
   }
 
  private:
-  Matrix L_;  // lower triangle
+  Matrix L_;                             // strictly lower triangle
+  Eigen::Matrix<double, N, 1> inverse_;  // of the diagonal
   Eigen::Matrix<double, N, 1> scale_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "lecalib/math/cholesky.hpp"
 #include "lecalib/math/eigen.hpp"
 #include "lecalib/math/jacobi_eigen.hpp"
 
@@ -51,7 +52,9 @@ class Normaliser {
 };
 
 /// Least squares for M (3 x (D + 1)) with l . M (P, 1) = 0 for points P of model lines with image l ([Liu24] eq. 3 to
-/// 5): the eigenvector of the smallest eigenvalue of A'A. All in normalised coordinates.
+/// 5): with A = [B C], C the columns of M's last one, that is eliminated (it is what fits best given the rest), and the
+/// rest is the eigenvector of the smallest eigenvalue of B'B - B'C inv(C'C) C'B. A third fewer unknowns than A'A has,
+/// and a scale that does not depend on where the origin lies. All in normalised coordinates.
 template <int D>
 class DltSystem {
  public:
@@ -72,16 +75,26 @@ class DltSystem {
     }
   }
 
-  /// @return false, *M unchanged, where a second direction is as good as the smallest: M is then not unique
+  /// @return false, *M unchanged, where all image lines meet in one point, or where a second direction is as good as
+  /// the smallest: M is then not unique
   bool solve(Projection* M) {
-    for (int i = 1; i <= D; ++i) {
+    constexpr int kRest = 3 * D;
+    for (int i = 1; i < D; ++i) {
       for (int j = 0; j < i; ++j) AtA_.template block<3, 3>(3 * i, 3 * j) = AtA_.template block<3, 3>(3 * j, 3 * i);
     }
-    Eigen::Matrix<double, kSize, 1> values;
-    Eigen::Matrix<double, kSize, kSize> vectors;
-    jacobi_eigen(AtA_, &values, &vectors);
-    if (!(values(1) > kMinEigenRatio * values(kSize - 1))) return false;
-    *M = Eigen::Map<const Projection>(vectors.data());
+    Cholesky<3> last;
+    if (!last.factor(AtA_.template bottomRightCorner<3, 3>(), kMinEigenRatio)) return false;
+    const Eigen::Matrix<double, kRest, 3> cross = AtA_.template topRightCorner<kRest, 3>();
+    const Eigen::Matrix<double, 3, kRest> fitted = last.solve(Eigen::Matrix<double, 3, kRest>(cross.transpose()));
+    const Eigen::Matrix<double, kRest, kRest> reduced =
+        AtA_.template topLeftCorner<kRest, kRest>() - cross.lazyProduct(fitted);
+    Eigen::Matrix<double, kRest, 1> values;
+    Eigen::Matrix<double, kRest, kRest> vectors;
+    jacobi_eigen(reduced, &values, &vectors);
+    if (!(values(1) > kMinEigenRatio * values(kRest - 1))) return false;
+    const Eigen::Matrix<double, kRest, 1> rest = vectors.col(0);
+    M->template leftCols<D>() = Eigen::Map<const Eigen::Matrix<double, 3, D>>(rest.data());
+    M->col(D) = -(fitted.lazyProduct(rest));
     return true;
   }
 

@@ -12,7 +12,18 @@ inline constexpr int kMaxJacobiSweeps = 30;
 
 namespace detail {
 
-/// One Jacobi rotation in the (p, q) plane: annihilates a(p, q), keeps `a` symmetric, accumulates into `vectors`.
+/// Rotates `count` pairs of elements, each the given stride apart.
+template <class Real>
+void rotate_pairs(Real c, Real s, int count, Real* x, int x_stride, Real* y, int y_stride) {
+  for (int i = 0; i < count; ++i, x += x_stride, y += y_stride) {
+    const Real old = *x;
+    *x = c * old - s * *y;
+    *y = s * old + c * *y;
+  }
+}
+
+/// One Jacobi rotation in the (p, q) plane, p < q: annihilates a(p, q) in the upper triangle, the only one in use, and
+/// accumulates into `vectors`.
 template <class Real, int N>
 void jacobi_rotate(int p, int q, Eigen::Matrix<Real, N, N>& a, Eigen::Matrix<Real, N, N>& vectors) {
   const Real theta = (a(q, q) - a(p, p)) / (Real(2) * a(p, q));
@@ -23,19 +34,13 @@ void jacobi_rotate(int p, int q, Eigen::Matrix<Real, N, N>& a, Eigen::Matrix<Rea
   const Real s = t * c;
   a(p, p) -= t * a(p, q);
   a(q, q) += t * a(p, q);
-  a(p, q) = a(q, p) = Real(0);
-  for (int i = 0; i < N; ++i) {
-    if (i != p && i != q) {
-      const Real ip = a(i, p);
-      const Real iq = a(i, q);
-      a(i, p) = a(p, i) = c * ip - s * iq;
-      a(i, q) = a(q, i) = s * ip + c * iq;
-    }
-    const Real vp = vectors(i, p);
-    const Real vq = vectors(i, q);
-    vectors(i, p) = c * vp - s * vq;
-    vectors(i, q) = s * vp + c * vq;
-  }
+  a(p, q) = Real(0);
+  Real* const ap = a.data() + p * N;  // columns
+  Real* const aq = a.data() + q * N;
+  rotate_pairs(c, s, p, ap, 1, aq, 1);                          // above the diagonal element of p
+  rotate_pairs(c, s, q - p - 1, ap + p + N, N, aq + p + 1, 1);  // row p against column q
+  rotate_pairs(c, s, N - 1 - q, aq + p + N, N, aq + q + N, N);  // rows p and q
+  rotate_pairs(c, s, N, vectors.data() + p * N, 1, vectors.data() + q * N, 1);
 }
 
 template <class Real, int N>

@@ -22,6 +22,30 @@ struct CameraLine {
 /// The model line seen from a camera with x_cam = R x_world + t.
 CameraLine line_in_camera(const Mat3& R, const Vec3& t, const ModelLine& line);
 
+/// The part of a line's ideal image inside the valid radius: origin + s direction, |s| <= half_length. Worth holding
+/// where many points lie on one line.
+struct IdealLine {
+  Vec2 normal;
+  Vec2 direction;
+  Vec2 origin;   ///< the line's point nearest to the principal point
+  double scale;  ///< moment = scale (normal, offset)
+  double half_length;
+  double knee = kUnboundedRadius;  ///< see straightened_line()
+};
+
+/// @param radius_limit at most valid_radius() of the camera
+/// @return false, *out unchanged, where no part of the line lies inside
+bool ideal_line(const CameraLine& line, double radius_limit, IdealLine* out);
+
+/// Slope of the radial curve at its knee: what is mapped to less than a tenth of its size is no good image.
+inline constexpr double kKneeSlope = 0.1;
+
+/// As ideal_line(), on a radial curve that goes on straight from `knee` = radius_of_slope(camera, kKneeSlope) on. The
+/// refinement moves through cameras whose fold lies inside of lines that are seen; with the fold, such lines have no
+/// image or one that ends, and the cost jumps.
+/// @return false, *out unchanged, where the line lies further out than half as far again as the knee
+bool straightened_line(const CameraLine& line, double knee, IdealLine* out);
+
 /// The point of a line's distorted image nearest to a measured pixel.
 struct LineFoot {
   Vec2 ideal;   ///< normalised coordinates, on the ideal line, inside the valid radius
@@ -35,6 +59,10 @@ struct LineFoot {
 /// @return false, *foot unchanged, where no part of the ideal line lies inside radius_limit
 bool find_foot(const Camera& camera, double radius_limit, const CameraLine& line, const Vec2& pixel, LineFoot* foot);
 
+/// As above, with the ideal line at hand, and to 0.01 px along the line: for those who only look at distances.
+/// @return false, *foot unchanged, where the line's image has no tangent
+bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, LineFoot* foot);
+
 /// Residual and derivatives of one measured pixel.
 struct LineResidual {
   double value_px;    ///< normal . (pixel - foot)
@@ -47,6 +75,16 @@ struct LineResidual {
 /// moment N and direction D, the line moves at the foot by d(N . m~) = w . (N x m~) + v . (D x m~).
 /// @return false, *out unchanged, where no part of the ideal line lies inside radius_limit
 bool line_residual(const Camera& camera, double radius_limit, const CameraLine& line, const Vec2& pixel,
+                   LineResidual* out);
+
+/// What a search remembers of a point before its first one.
+inline constexpr float kNoFoot = 3e38F;
+
+/// As above, with the ideal line at hand, and begun where the last search for this point ended: while a refinement
+/// settles, feet hardly move.
+/// @param[in,out] foot kNoFoot at first
+/// @return false, *out unchanged, where the line's image has no tangent
+bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine& ideal, const Vec2& pixel, float* foot,
                    LineResidual* out);
 
 }  // namespace lecalib

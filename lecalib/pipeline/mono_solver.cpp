@@ -13,8 +13,23 @@ constexpr std::size_t kMinPosedLines = 3;
 /// Fewer degrees of freedom than this say nothing about the scale of the residuals.
 constexpr double kMinScaleDof = 10.0;
 
+/// Where the refinement by squares may stop: it only gives the scale of the residuals and a start for what follows.
+constexpr double kSquaresTolerance = 1e-3;
+
 /// Spread, in sigmas, below which residuals are rounding.
 constexpr double kMinSpread = 1e-6;
+
+/// A residual of so many robust sigmas is no accident among the points of a calibration.
+constexpr double kWrongSpreads = 5.0;
+
+/// Largest residual, robust sigmas, of a right point: one in 10^4 has more.
+constexpr double kRightSpreads = 5.0;
+
+/// Of the largest residual of a view: what is below is judged anew once the worst are out.
+constexpr double kShareOfWorst = 0.5;
+
+/// Rounds of sorting lines and solving anew, at most; two or three settle it.
+constexpr int kMaxSortings = 16;
 
 /// Sigma of a Gaussian over the median of its absolute value.
 constexpr double kGaussianOverMedian = 1.4826;
@@ -22,8 +37,8 @@ constexpr double kGaussianOverMedian = 1.4826;
 std::size_t count_lines(const CalibrationData& data, const View& view, Span<LineMoments> moments) {
   for (LineMoments& m : moments) m.count = 0;
   std::size_t lines = 0;
-  for (const LinePoint& point : points_of(data, view)) {
-    if (moments[point.line].count++ == 0) ++lines;
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    if (!is_left_out(data, i) && moments[data.points[i].line].count++ == 0) ++lines;
   }
   return lines;
 }
@@ -44,7 +59,9 @@ Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& op
   if (workspace.guess.views.size() < views || workspace.guess.linear.size() < views ||
       workspace.guess.focal_lengths.size() < views || workspace.results.size() < views ||
       workspace.guess.moments.size() < data.model.size() || workspace.guess.lines.size() < data.model.size() ||
-      workspace.residuals.size() < data.points.size() || workspace.sorted_residuals.size() < data.points.size()) {
+      workspace.chosen.size() < data.model.size() || workspace.left_out.size() < data.points.size() ||
+      workspace.residuals.size() < data.points.size() || workspace.feet.size() < data.points.size() ||
+      workspace.sorted_residuals.size() < data.points.size()) {
     return Status::capacity_exceeded;
   }
   data_ = data;
@@ -55,9 +72,12 @@ Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& op
   workspace_.guess.moments = workspace.guess.moments.first(data.model.size());
   workspace_.results = workspace.results.first(views);
   workspace_.residuals = workspace.residuals.first(data.points.size());
+  workspace_.feet = workspace.feet.first(data.points.size());
   for (float& residual : workspace_.residuals) residual = 0.0F;
+  workspace_.left_out = workspace.left_out.first(data.points.size());
   result_ = CalibrationResult();
-  attempts_ = 0;
+  attempts_ = sortings_ = 0;
+  has_start_ = start != nullptr;
   guess_ = InitialGuess();
   if (start != nullptr) {
     take_start(*start);
@@ -88,11 +108,12 @@ void MonoSolver::begin_refinement(const Camera& camera) {
   policy_ = choose_policy(data_.width, data_.height, geometry, views_used_, options_.policy);
   RefineOptions refine = options_.refine;
   refine.loss = Loss::squared;
+  refine.decrease_tolerance = std::max(refine.decrease_tolerance, kSquaresTolerance);
   Camera start = camera;
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     if (!policy_.free[i]) start.*kIntrinsics[i] = policy_.prior_mean[i];
   }
-  refiner_.init(data_, policy_, refine, start, workspace_.guess.views, workspace_.residuals);
+  refiner_.init(data_, policy_, refine, start, workspace_.guess.views, workspace_.residuals, workspace_.feet);
   phase_ = Phase::refine;
 }
 
@@ -107,6 +128,7 @@ Status MonoSolver::step() {
     }
     case Phase::refine:
     case Phase::refine_robust: return step_refinement();
+    case Phase::ransac: return step_ransac();
     case Phase::done: return result_.status;
   }
   return Status::wrong_state;
@@ -117,36 +139,57 @@ Status MonoSolver::step_refinement() {
   const Status status = refiner_.step();
   if (status == Status::in_progress) return status;
   if (status != Status::ok) return conclude(status);
+  if (phase_ == Phase::refine_robust && sortings_ > 0 && sortings_ < kMaxSortings && sort_lines()) {
+    ++sortings_;
+    begin_refinement(refiner_.camera());
+    return Status::in_progress;
+  }
   if (phase_ == Phase::refine) {
     phase_ = Phase::refine_robust;
     // Trusted sigmas are only ever widened, and the priors stay in proportion to them.
-    const double spread = residual_spread();
+    const double spread = fitted_spread();
     const double scale = options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread;
+    refiner_.set_decrease_tolerance(options_.refine.decrease_tolerance);
     refiner_.set_loss(options_.loss, options_.loss_width * scale, scale);
     return Status::in_progress;
   }
   return conclude(Status::ok);
 }
 
-/// Robust spread of the residuals in given sigmas: the median absolute one, scaled to a Gaussian's sigma. 1 where too
-/// few residuals remain to tell.
-double MonoSolver::residual_spread() {
+/// Robust spread of the residuals in given sigmas. 1 where too few residuals remain to tell.
+double MonoSolver::fitted_spread() {
   std::size_t count = 0;
   for (std::size_t v = 0; v < data_.views.size(); ++v) {
-    if (!workspace_.guess.views[v].used) continue;
-    const View& view = data_.views[v];
-    for (std::size_t i = view.first; i < view.first + view.count && count < workspace_.sorted_residuals.size(); ++i) {
-      workspace_.sorted_residuals[count++] = std::abs(workspace_.residuals[i]);
-    }
+    if (workspace_.guess.views[v].used) count += points_in_use(data_.views[v]);
   }
   const auto num_free = std::count(policy_.free, policy_.free + kNumIntrinsics, true);
   const double unknowns = 6.0 * static_cast<double>(views_used_) + static_cast<double>(num_free);
   const double dof = static_cast<double>(count) - unknowns;
   if (dof < kMinScaleDof) return 1.0;
+  // A fit makes its residuals smaller.
+  return std::sqrt(static_cast<double>(count) / dof) * spread_of(workspace_.residuals);
+}
+
+std::size_t MonoSolver::points_in_use(const View& view) const {
+  std::size_t count = 0;
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) count += is_left_out(data_, i) ? 0 : 1;
+  return count;
+}
+
+/// The median absolute value, scaled to a Gaussian's sigma, over the points in use.
+double MonoSolver::spread_of(Span<const float> residuals) {
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < data_.views.size(); ++v) {
+    if (!workspace_.guess.views[v].used) continue;
+    const View& view = data_.views[v];
+    for (std::size_t i = view.first; i < view.first + view.count && count < workspace_.sorted_residuals.size(); ++i) {
+      if (!is_left_out(data_, i)) workspace_.sorted_residuals[count++] = std::abs(residuals[i]);
+    }
+  }
+  if (count == 0) return 1.0;
   float* const first = workspace_.sorted_residuals.data();
   std::nth_element(first, first + count / 2, first + count);
-  const double fitted = std::sqrt(static_cast<double>(count) / dof);  // a fit makes its residuals smaller
-  return std::max(kGaussianOverMedian * static_cast<double>(first[count / 2]) * fitted, kMinSpread);
+  return std::max(kGaussianOverMedian * static_cast<double>(first[count / 2]), kMinSpread);
 }
 
 /// Ends an attempt: done where it went well or no start is left, otherwise on to the next start. Of several failures
@@ -160,8 +203,10 @@ Status MonoSolver::conclude(Status status) {
     status = judge(status, &attempt);
   }
   attempt.status = status;
-  const bool first = attempts_ == 1;
-  if (first || status == Status::ok || (refined && refiner_.cost() < best_cost_)) {
+  const bool sorted = sortings_ > 0;
+  if (sorted && status == Status::ok && !keeps_enough_lines(attempt)) status = attempt.status = Status::no_match;
+  const bool first = attempts_ == 1 && !sorted;
+  if (first || status == Status::ok || (refined && !sorted && refiner_.cost() < best_cost_)) {
     best_cost_ = refiner_.cost();
     result_ = attempt;
     if (refined) summarise_views(&result_);
@@ -170,8 +215,98 @@ Status MonoSolver::conclude(Status status) {
     phase_ = Phase::guess;
     return Status::in_progress;
   }
+  if (refined && sortings_ == 0 && options_.reject_lines && !has_start_ && has_wrong_lines() &&
+      begin_ransac() == Status::ok) {
+    return Status::in_progress;
+  }
+  if (sorted && status != Status::ok) data_.left_out = {};  // what came of all lines stands
   phase_ = Phase::done;
   return result_.status;
+}
+
+bool MonoSolver::keeps_enough_lines(const CalibrationResult& result) const {
+  std::size_t kept = 0;
+  for (const View& view : data_.views) kept += count_lines(data_, view, workspace_.guess.moments);
+  const double right = options_.ransac.min_right_share * static_cast<double>(kept + result.lines_left_out);
+  return static_cast<double>(kept) >= right;
+}
+
+/// Whether some residuals are larger than what the bulk of them explains, or all are too large to be measurements.
+bool MonoSolver::has_wrong_lines() {
+  if (result_.rms_px > options_.plausibility.max_rms_share * data_.width) return true;
+  const double spread = fitted_spread();
+  const double limit = kWrongSpreads * (options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread);
+  for (const float residual : workspace_.residuals) {
+    if (std::abs(static_cast<double>(residual)) > limit) return true;
+  }
+  return false;
+}
+
+Status MonoSolver::begin_ransac() {
+  const Status status =
+      ransac_.init(data_, options_.ransac, {workspace_.guess.moments, workspace_.guess.lines, workspace_.chosen},
+                   workspace_.left_out);
+  if (status == Status::ok) phase_ = Phase::ransac;
+  return status;
+}
+
+/// The right lines are solved from the beginning.
+Status MonoSolver::step_ransac() {
+  const Status status = ransac_.step();
+  if (status == Status::in_progress) return status;
+  if (is_error(status)) {
+    phase_ = Phase::done;
+    return result_.status;
+  }
+  data_.left_out = workspace_.left_out;
+  sortings_ = 1;
+  attempts_ = 0;
+  guess_.init(data_, options_.guess, workspace_.guess);
+  phase_ = Phase::guess;
+  return Status::in_progress;
+}
+
+/// Sorts points and lines of the views used by their standardised residuals: a point beyond the limit is wrong, and
+/// with it the whole line where no more than half of the line's points are right. @return whether one has changed sides
+bool MonoSolver::sort_lines() {
+  const Span<float> standardised = workspace_.feet;  // the next refinement begins without
+  if (!refiner_.standardised_residuals(standardised)) return false;
+  const double spread = spread_of(standardised);
+  const double limit = kRightSpreads * (options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread);
+  bool changed = false;
+  for (std::size_t v = 0; v < data_.views.size(); ++v) {
+    if (workspace_.guess.views[v].used && sort_view(v, standardised, limit)) changed = true;
+  }
+  return changed;
+}
+
+bool MonoSolver::sort_view(std::size_t index, Span<const float> standardised, double limit) {
+  const View& view = data_.views[index];
+  const Span<LineMoments> moments = workspace_.guess.moments;
+  // The worst ones spoil what the others leave, so they go first.
+  double worst = 0.0;
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    if (workspace_.left_out[i] == 0) worst = std::max(worst, std::abs(static_cast<double>(standardised[i])));
+  }
+  const auto is_wrong = [&](std::size_t i) {
+    const double size = std::abs(static_cast<double>(standardised[i]));
+    return size > limit && (workspace_.left_out[i] != 0 || size > kShareOfWorst * worst);
+  };
+  for (LineMoments& m : moments) m = {};
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    LineMoments& m = moments[data_.points[i].line];
+    ++m.count;
+    if (is_wrong(i)) m.x += 1.0;
+  }
+  bool changed = false;
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    const LineMoments& m = moments[data_.points[i].line];
+    const std::uint8_t wrong = 2.0 * m.x >= m.count || is_wrong(i) ? 1 : 0;
+    changed = changed || wrong != workspace_.left_out[i];
+    workspace_.left_out[i] = wrong;
+  }
+  if (count_lines(data_, view, moments) < kMinPosedLines) workspace_.guess.views[index].used = false;
+  return changed;
 }
 
 /// Covariance and plausibility. A refinement that crawls along a valley has not failed, its parameter is undetermined.
@@ -194,6 +329,13 @@ void MonoSolver::summarise(CalibrationResult* result) {
   result->reason = refiner_.reason();
   result->points = static_cast<std::uint32_t>(refiner_.points_used());
   result->points_lost = static_cast<std::uint32_t>(refiner_.points_lost());
+  result->lines_left_out = 0;
+  CalibrationData all = data_;
+  all.left_out = {};
+  for (const View& view : data_.views) {
+    result->lines_left_out += static_cast<std::uint32_t>(count_lines(all, view, workspace_.guess.moments) -
+                                                         count_lines(data_, view, workspace_.guess.moments));
+  }
   result->views_left_out = static_cast<std::uint32_t>(data_.views.size() - views_used_);
   double squares = 0.0;
   for (std::size_t v = 0; v < data_.views.size(); ++v) {
@@ -218,6 +360,7 @@ void MonoSolver::summarise_views(CalibrationResult* result) {
 double MonoSolver::squared_distances(const View& view) const {
   double squares = 0.0;
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    if (is_left_out(data_, i)) continue;
     const double distance_px = static_cast<double>(workspace_.residuals[i]) * data_.points[i].sigma_px;
     squares += distance_px * distance_px;
   }

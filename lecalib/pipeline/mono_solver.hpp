@@ -13,6 +13,7 @@
 #include "lecalib/solve/calibration_result.hpp"
 #include "lecalib/solve/covariance.hpp"
 #include "lecalib/solve/initial_guess.hpp"
+#include "lecalib/solve/line_ransac.hpp"
 #include "lecalib/solve/parameter_policy.hpp"
 #include "lecalib/solve/plausibility.hpp"
 #include "lecalib/solve/refine.hpp"
@@ -27,6 +28,10 @@ struct MonoSolverOptions {
   double loss_width =
       3.0;               ///< > 0; in robust sigmas of the residuals, and not below the given ones if these are trusted
   int max_attempts = 3;  ///< > 0; starts from which the refinement is tried until one ends well
+  /// Where the residuals of the solution to all lines show that some are wrong (and no start was given): find the right
+  /// ones by samples, solve with these, and sort anew by the residuals. false: trust all lines.
+  bool reject_lines = true;
+  LineRansacOptions ransac;
   CovarianceOptions covariance;
   PlausibilityOptions plausibility;
 };
@@ -41,7 +46,10 @@ struct MonoSolverWorkspace {
   InitialGuessWorkspace guess;
   Span<float> residuals;         ///< one per point, in sigmas
   Span<float> sorted_residuals;  ///< one per point, scratch
+  Span<float> feet;              ///< one per point, scratch
   Span<ViewResult> results;      ///< one per view
+  Span<std::uint8_t> left_out;   ///< one per point
+  Span<ViewLine> chosen;         ///< one per model line, scratch
   Span<LineResponse> responses;  ///< one per model line
 };
 
@@ -52,8 +60,9 @@ constexpr bool carve(Carver& carver, const MonoSolverCapacities& capacities, Mon
          carver.carve(capacities.views, &out->guess.linear) &&
          carver.carve(capacities.views, &out->guess.focal_lengths) &&
          carver.carve(capacities.views, &out->guess.views) && carver.carve(capacities.points, &out->residuals) &&
-         carver.carve(capacities.points, &out->sorted_residuals) && carver.carve(capacities.views, &out->results) &&
-         carver.carve(capacities.model_lines, &out->responses);
+         carver.carve(capacities.points, &out->sorted_residuals) && carver.carve(capacities.points, &out->feet) &&
+         carver.carve(capacities.views, &out->results) && carver.carve(capacities.points, &out->left_out) &&
+         carver.carve(capacities.model_lines, &out->chosen) && carver.carve(capacities.model_lines, &out->responses);
 }
 
 constexpr std::size_t required_bytes(const MonoSolverCapacities& capacities) {
@@ -78,7 +87,8 @@ class MonoSolver {
   Status init(const CalibrationData& data, const MonoSolverOptions& options, const MonoSolverWorkspace& workspace,
               const MonoStart* start = nullptr);
 
-  /// Bounded work: the linear solution of one view, one comparison of candidates, or one iteration of the refinement.
+  /// Bounded work: the linear solution of one view, one comparison of candidates, one iteration of the refinement, one
+  /// sample of lines, or one sorting of the lines by their residuals.
   /// @return in_progress | ok (result() is usable) | wrong_state (no init) | and, final, with result().status the same:
   /// too_few_lines, degenerate_geometry, not_converged, implausible_result, undetermined, numerical_failure
   Status step();
@@ -86,32 +96,46 @@ class MonoSolver {
   /// Final when step() has returned something else than in_progress; its spans live in the workspace.
   [[nodiscard]] const CalibrationResult& result() const { return result_; }
 
-  /// Residual of each point at the end, in its own sigmas.
+  /// Residual of each point at the end of the last refinement, in its own sigmas; of those left out as well.
   [[nodiscard]] Span<const float> residuals() const { return workspace_.residuals; }
 
+  /// Per point, not 0: its line was found to be wrong. Empty where all lines are used.
+  [[nodiscard]] Span<const std::uint8_t> left_out() const { return data_.left_out; }
+
  private:
-  enum class Phase : std::uint8_t { idle, guess, refine, refine_robust, done };
+  enum class Phase : std::uint8_t { idle, guess, refine, refine_robust, ransac, done };
 
   void take_start(const MonoStart& start);
   void begin_refinement(const Camera& camera);
   Status step_refinement();
-  double residual_spread();
+  Status begin_ransac();
+  Status step_ransac();
+  bool has_wrong_lines();
+  bool sort_lines();
+  bool sort_view(std::size_t index, Span<const float> standardised, double limit);
+  double fitted_spread();
+  double spread_of(Span<const float> residuals);
+  [[nodiscard]] std::size_t points_in_use(const View& view) const;
   Status conclude(Status status);
   Status judge(Status status, CalibrationResult* result) const;
   void summarise(CalibrationResult* result);
   void summarise_views(CalibrationResult* result);
   [[nodiscard]] double squared_distances(const View& view) const;
+  [[nodiscard]] bool keeps_enough_lines(const CalibrationResult& result) const;
 
   CalibrationData data_;
   MonoSolverOptions options_;
   MonoSolverWorkspace workspace_;
   ParameterPolicy policy_;
   InitialGuess guess_;
+  LineRansac ransac_;
   Refiner refiner_;
   CalibrationResult result_;
   double best_cost_ = 0.0;
   std::size_t views_used_ = 0;
   int attempts_ = 0;
+  int sortings_ = 0;
+  bool has_start_ = false;
   Phase phase_ = Phase::idle;
 };
 

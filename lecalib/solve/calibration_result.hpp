@@ -39,7 +39,8 @@ struct CalibrationResult {
   std::uint32_t points = 0;       ///< of the views used
   std::uint32_t points_lost = 0;  ///< with no image of their line inside the distortion's valid radius
   std::uint32_t views_left_out = 0;
-  Span<const ViewResult> views;  ///< one per view given; lives in the solver's memory
+  std::uint32_t lines_left_out = 0;  ///< of all views together: found to be wrong, without weight
+  Span<const ViewResult> views;      ///< one per view given; lives in the solver's memory
 };
 
 }  // namespace lecalib

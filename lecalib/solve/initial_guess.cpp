@@ -102,25 +102,45 @@ Status InitialGuess::next_straightening() {
   constexpr int kCount = static_cast<int>(sizeof(kStraightenings) / sizeof(kStraightenings[0]));
   const auto by_rms = [](const StartCandidate& a, const StartCandidate& b) { return a.rms_px < b.rms_px; };
   std::sort(candidates_, candidates_ + num_candidates_, by_rms);
-  const bool good = num_candidates_ > 0 && candidates_[0].rms_px <= options_.good_enough_px;
-  if (++straightening_ < kCount && !good) {
-    next_view_ = 0;
-    focal_matrix_.setZero();
-    focal_vector_.setZero();
+  const double ends_px = exhaustive_ ? options_.good_enough_px : promising_px();
+  const bool good = num_candidates_ > 0 && candidates_[0].rms_px <= ends_px;
+  if (!exhaustive_ && !good) {
+    exhaustive_ = true;
+    sweep_focal_lengths();
+  }
+  if (straightening_ + 1 < kCount && !good) {
+    begin_straightening(straightening_ + 1);
     return Status::in_progress;
   }
   if (begin_next_candidate()) return Status::in_progress;
   if (stride_ > 1) {  // the choice of views was unlucky: once more with all of them
     stride_ = 1;
-    straightening_ = 0;
-    next_view_ = 0;
+    begin_straightening(0);
     return Status::in_progress;
   }
   const bool enough = most_planar_lines_ >= kMinPlanarLines || most_spatial_lines_ >= kMinNonPlanarLines;
   return enough ? Status::degenerate_geometry : Status::too_few_lines;
 }
 
+void InitialGuess::begin_straightening(int index) {
+  straightening_ = index;
+  next_view_ = 0;
+  focal_matrix_.setZero();
+  focal_vector_.setZero();
+}
+
+double InitialGuess::promising_px() const {
+  return std::max(options_.good_enough_px, options_.promising_share * data_.width);
+}
+
 bool InitialGuess::begin_next_candidate() {
+  if (!exhaustive_ && candidates_taken_ > 0) {
+    tried_ = candidates_[0];
+    exhaustive_ = true;
+    num_candidates_ = candidates_taken_ = 0;
+    begin_straightening(0);
+    return true;
+  }
   if (candidates_taken_ >= num_candidates_) return false;
   straightening_ = candidates_[candidates_taken_++].straightening;
   next_view_ = 0;
@@ -144,6 +164,7 @@ Status InitialGuess::settle() {
 
 /// Keeps one candidate per focal length, roughly, and the best of these.
 void InitialGuess::keep_candidate(const StartCandidate& candidate) {
+  if (candidate.straightening == 0 && candidate.fx == tried_.fx && candidate.fy == tried_.fy) return;
   StartCandidate* place = nullptr;
   for (std::size_t i = 0; i < num_candidates_; ++i) {
     const double ratio = candidates_[i].fx / candidate.fx;
@@ -199,7 +220,7 @@ void InitialGuess::try_straightening() {
   try_planar_focal_lengths();
   double best_px = kCapPx;
   for (std::size_t i = 0; i < num_candidates_; ++i) best_px = std::min(best_px, candidates_[i].rms_px);
-  if (straightening_ == 0 && best_px > options_.good_enough_px) sweep_focal_lengths();
+  if (exhaustive_ && straightening_ == 0 && best_px > options_.good_enough_px) sweep_focal_lengths();
 }
 
 void InitialGuess::try_spatial_focal_lengths() {

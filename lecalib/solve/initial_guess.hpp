@@ -5,7 +5,8 @@
 /// real focal length): the linear solution of every view, then candidate focal lengths - both from the orthonormality
 /// stacked over all planar views, one shared by both axes, the median over the non-planar views, and a sweep over
 /// fields of view, which needs no luck - each with its own poses. The candidate with the smallest cost in pixels is the
-/// start.
+/// start. Most lenses need none of this: where the plain linear solution is promising it is handed out at once, and the
+/// search only goes on when its refinement has failed.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +24,9 @@
 namespace lecalib {
 
 struct InitialGuessOptions {
-  double good_enough_px = 1.0;  ///< rms; a start as near as this ends the search. >= 0
-  double min_view_deg = 10.0;   ///< focal lengths outside of these horizontal fields of view are not candidates
+  double good_enough_px = 1.0;   ///< rms; a start as near as this ends the search. >= 0
+  double promising_share = 0.1;  ///< rms over image width; the plain start is tried first where it is as near as this
+  double min_view_deg = 10.0;    ///< focal lengths outside of these horizontal fields of view are not candidates
   double max_view_deg = 170.0;
 };
 
@@ -67,7 +69,8 @@ class InitialGuess {
   /// repeated lines)
   Status step();
 
-  /// Where the refinement from the best candidate has failed: turns to the next best one. step() as above.
+  /// Where the refinement from the best candidate has failed: searches on if that was handed out early, else turns to
+  /// the next best one. step() as above.
   /// @return false where no candidate is left
   bool begin_next_candidate();
 
@@ -85,7 +88,9 @@ class InitialGuess {
   void sweep_focal_lengths();
   void try_camera(double fx, double fy);
   void keep_candidate(const StartCandidate& candidate);
+  [[nodiscard]] double promising_px() const;
   Status next_straightening();
+  void begin_straightening(int index);
   Status settle();
 
   CalibrationData data_;
@@ -103,6 +108,8 @@ class InitialGuess {
   StartCandidate candidates_[kMaxStartCandidates] = {};
   std::size_t num_candidates_ = 0;
   std::size_t candidates_taken_ = 0;  // 0 while the search goes on
+  bool exhaustive_ = false;           // all straightenings, whatever the first one gives
+  StartCandidate tried_ = {};         // handed out early
 };
 
 /// How much the views used tell about the principal point.

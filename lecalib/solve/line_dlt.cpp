@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/solve/line_dlt.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "lecalib/math/dlt_system.hpp"
@@ -19,14 +20,72 @@ Vec3 end_of(const ModelLine& line) { return {line.q[0], line.q[1], line.q[2]}; }
 Vec2 start_of(const ViewLine& line) { return {line.image_p[0], line.image_p[1]}; }
 Vec2 end_of(const ViewLine& line) { return {line.image_q[0], line.image_q[1]}; }
 
+/// Where the model's lines are used, as multiples of their own spread. A line has no ends: one whose end points lie far
+/// beyond all others would set the scale of the whole system and drown them.
+constexpr double kReach = 3.0;
+constexpr int kMaxReachPasses = 40;
+constexpr double kSettledSpread = 0.9;
+
+/// Least share of the part inside that must lie between a line's own ends for these to be kept.
+constexpr double kMinKept = 0.05;
+
+/// A ball that holds what the lines are used for.
+struct Reach {
+  Vec3 centre = Vec3::Zero();
+  double radius = 0.0;  // 0: unbounded
+};
+
+/// Two points of a model line inside a ball, or the nearest to it.
+ModelLine within(const ModelLine& line, const Reach& reach) {
+  if (!(reach.radius > 0.0)) return line;
+  const Vec3 p = start_of(line);
+  const Vec3 d = end_of(line) - p;
+  const double foot = d.dot(reach.centre - p) / d.squaredNorm();
+  const double aside2 = (p + foot * d - reach.centre).squaredNorm();
+  const double half = std::sqrt(std::max(reach.radius * reach.radius - aside2, 0.0) / d.squaredNorm());
+  if (foot - half <= 0.0 && foot + half >= 1.0) return line;
+  double low = std::max(foot - half, 0.0);
+  double high = std::min(foot + half, 1.0);
+  if (!(high - low > kMinKept * 2.0 * half)) {  // its ends lie outside: the part inside serves as well
+    low = foot - std::max(half, kMinKept * reach.radius / d.norm());
+    high = foot + std::max(half, kMinKept * reach.radius / d.norm());
+  }
+  const Vec3 a = p + low * d;
+  const Vec3 b = p + high * d;
+  return {{a(0), a(1), a(2)}, {b(0), b(1), b(2)}};
+}
+
+/// Shrinks a ball about all lines until it no longer hangs on a few far ends.
+Reach find_reach(Span<const ModelLine> model, Span<const ViewLine> lines) {
+  Reach reach;
+  double previous = 0.0;
+  for (int pass = 0; pass < kMaxReachPasses; ++pass) {
+    Vec3 sum = Vec3::Zero();
+    double squares = 0.0;
+    for (const ViewLine& line : lines) {
+      const ModelLine part = within(model[line.model_line], reach);
+      sum += start_of(part) + end_of(part) - 2.0 * reach.centre;
+      squares += (start_of(part) - reach.centre).squaredNorm() + (end_of(part) - reach.centre).squaredNorm();
+    }
+    const double n = 2.0 * static_cast<double>(lines.size());
+    const double spread = std::sqrt(std::max(squares / n - (sum / n).squaredNorm(), 0.0));
+    if (pass > 0 && !(spread < kSettledSpread * previous)) break;
+    previous = spread;
+    reach.centre += sum / n;
+    reach.radius = kReach * spread;
+  }
+  return reach;
+}
+
 /// Sets up normalisation and equations; `position` gives a model point its D coordinates.
 template <int D, class Position>
 bool solve_dlt(Span<const ModelLine> model, Span<const ViewLine> lines, Position position,
                Eigen::Matrix<double, 3, D + 1>* M) {
   Normaliser<D> space;
   Normaliser<2> image;
+  const Reach reach = find_reach(model, lines);
   for (const ViewLine& line : lines) {
-    const ModelLine& truth = model[line.model_line];
+    const ModelLine truth = within(model[line.model_line], reach);
     space.add_to_centre(position(start_of(truth)));
     space.add_to_centre(position(end_of(truth)));
     image.add_to_centre(start_of(line));
@@ -35,7 +94,7 @@ bool solve_dlt(Span<const ModelLine> model, Span<const ViewLine> lines, Position
   space.finish_centre();
   image.finish_centre();
   for (const ViewLine& line : lines) {
-    const ModelLine& truth = model[line.model_line];
+    const ModelLine truth = within(model[line.model_line], reach);
     space.add_to_scale(position(start_of(truth)));
     space.add_to_scale(position(end_of(truth)));
     image.add_to_scale(start_of(line));
@@ -44,7 +103,7 @@ bool solve_dlt(Span<const ModelLine> model, Span<const ViewLine> lines, Position
   if (!space.finish_scale() || !image.finish_scale()) return false;
   DltSystem<D> system;
   for (const ViewLine& line : lines) {
-    const ModelLine& truth = model[line.model_line];
+    const ModelLine truth = within(model[line.model_line], reach);
     system.add(line_through(image.apply(start_of(line)), image.apply(end_of(line))),
                space.apply(position(start_of(truth))), space.apply(position(end_of(truth))));
   }
@@ -69,12 +128,17 @@ bool make_proper(const Mat34& M, Mat34* out) {
 ModelFrame find_model_frame(Span<const ModelLine> model, Span<const ViewLine> lines) {
   ModelFrame frame{ModelShape::collinear, Mat3::Identity(), Vec3::Zero()};
   if (lines.empty()) return frame;
-  for (const ViewLine& line : lines) frame.origin += start_of(model[line.model_line]) + end_of(model[line.model_line]);
+  const Reach reach = find_reach(model, lines);
+  for (const ViewLine& line : lines) {
+    const ModelLine part = within(model[line.model_line], reach);
+    frame.origin += start_of(part) + end_of(part);
+  }
   frame.origin /= 2.0 * static_cast<double>(lines.size());
   Mat3 scatter = Mat3::Zero();
   for (const ViewLine& line : lines) {
-    const Vec3 p = start_of(model[line.model_line]) - frame.origin;
-    const Vec3 q = end_of(model[line.model_line]) - frame.origin;
+    const ModelLine part = within(model[line.model_line], reach);
+    const Vec3 p = start_of(part) - frame.origin;
+    const Vec3 q = end_of(part) - frame.origin;
     scatter += p * p.transpose() + q * q.transpose();
   }
   Vec3 values;

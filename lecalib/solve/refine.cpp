@@ -18,7 +18,6 @@
 namespace lecalib {
 namespace {
 
-using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kInitialDamping = 1e-4;
@@ -26,12 +25,21 @@ constexpr double kMaxDamping = 1e10;
 /// Below it a step is nearly Gauss-Newton's, so that a small predicted decrease means convergence and not mere caution.
 constexpr double kTrustedDamping = 1e-2;
 constexpr double kMinDamping = 1e-15;
-/// A pivot below this share of its diagonal: the six pose parameters are not independent (all lines parallel, or all
-/// through one point).
-constexpr double kMinPosePivot = 1e-11;
 
-Mat6 pose_block_of(const RefineView& view) { return Eigen::Map<const Mat6>(view.pose_block); }
-Mat69 cross_block_of(const RefineView& view) { return Eigen::Map<const Mat69>(view.cross_block); }
+/// *sum += factor * row, unrolled: the innermost work of all.
+template <int N>
+void add_scaled(double factor, const Eigen::Matrix<double, N, 1>& row, double* sum) {
+  Eigen::Map<Eigen::Matrix<double, N, 1>> column(sum);
+  column += factor * row;
+}
+
+/// Adds v v' to the lower triangle of *sum, from column K on, unrolled like the above.
+template <int K = 0, int N, int M>
+void add_lower_square(const Eigen::Matrix<double, N, 1>& v, Eigen::Matrix<double, M, M>* sum) {
+  sum->template block<N - K, 1>(K, K) += v(K) * v.template tail<N - K>();
+  if constexpr (K + 1 < N) add_lower_square<K + 1>(v, sum);
+}
+
 Vec6 pose_gradient_of(const RefineView& view) { return Eigen::Map<const Vec6>(view.pose_gradient); }
 
 }  // namespace
@@ -49,16 +57,21 @@ const char* to_string(StopReason reason) noexcept {
 }
 
 void Refiner::init(const CalibrationData& data, const ParameterPolicy& policy, const RefineOptions& options,
-                   const Camera& camera, Span<RefineView> views, Span<float> residuals) {
+                   const Camera& camera, Span<RefineView> views, Span<float> residuals, Span<float> feet) {
   LECALIB_ASSERT(views.size() == data.views.size() && residuals.size() >= data.points.size());
+  LECALIB_ASSERT(feet.empty() || feet.size() >= data.points.size());
   data_ = data;
   policy_ = policy;
   options_ = options;
   views_ = views;
   residuals_ = residuals;
+  feet_ = feet;
+  for (float& foot : feet_) foot = kNoFoot;
   camera_ = camera;
   iterations_ = 0;
   num_free_ = 0;
+  damping_ = kInitialDamping;
+  linearised_ = false;
   for (int i = 0; i < static_cast<int>(kNumIntrinsics); ++i) {
     if (policy.free[i]) free_[num_free_++] = i;
   }
@@ -66,16 +79,32 @@ void Refiner::init(const CalibrationData& data, const ParameterPolicy& policy, c
 }
 
 void Refiner::set_loss(Loss loss, double width, double sigma_scale) {
+  // Where neither loss tells any residual from its square, the equations of the data stay as they are.
+  const bool same = linearised_ && all_within(options_.loss, options_.loss_width) && all_within(loss, width);
   options_.loss = loss;
   options_.loss_width = width;
   prior_weight_ = sigma_scale * sigma_scale;
-  damping_ = kInitialDamping;
+  damping_ = std::min(damping_, kInitialDamping);
   damping_growth_ = 2.0;
-  linearised_ = false;
+  linearised_ = same;
+  if (same) add_priors();
   reason_ = StopReason::none;
 }
 
-void Refiner::linearise_view(std::size_t index, double radius_limit) {
+bool Refiner::all_within(Loss loss, double width) const {
+  if (loss == Loss::squared) return true;
+  if (loss != Loss::huber) return false;
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    if (!views_[v].used) continue;
+    const View& span = data_.views[v];
+    for (std::size_t i = span.first; i < span.first + span.count; ++i) {
+      if (!is_left_out(data_, i) && !(std::abs(static_cast<double>(residuals_[i])) < width)) return false;
+    }
+  }
+  return true;
+}
+
+void Refiner::linearise_view(std::size_t index, double knee) {
   const View& span = data_.views[index];
   RefineView& view = views_[index];
   const Mat3 R = rotation_of(view.pose);
@@ -85,39 +114,47 @@ void Refiner::linearise_view(std::size_t index, double radius_limit) {
   Vec6 h = Vec6::Zero();
   std::uint32_t held_line = 0xFFFFFFFFU;
   CameraLine line{};
+  IdealLine ideal{};
+  bool visible = false;
+  const bool first_six = num_free_ > 0 && free_[num_free_ - 1] < 6;
   for (std::size_t i = span.first; i < span.first + span.count; ++i) {
     const LinePoint& point = data_.points[i];
     if (point.line != held_line) {
       held_line = point.line;
       line = line_in_camera(R, t, data_.model[held_line]);
+      visible = straightened_line(line, knee, &ideal);
     }
     LineResidual residual;
-    ++points_used_;
-    if (!line_residual(camera_, radius_limit, line, Vec2(point.u_px, point.v_px), &residual)) {
-      ++points_lost_;
+    const bool counts = !is_left_out(data_, i);
+    if (counts) ++points_used_;
+    float foot = feet_.empty() ? kNoFoot : feet_[i];
+    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) {
       residuals_[i] = static_cast<float>(kLostSigmas);
+      if (!counts) continue;
+      ++points_lost_;
       data_cost_ += evaluate_loss(options_.loss, options_.loss_width, kLostSigmas * kLostSigmas).rho;
       continue;
     }
+    if (!feet_.empty()) feet_[i] = foot;
     const double inverse_sigma = 1.0 / point.sigma_px;
     const double r = residual.value_px * inverse_sigma;
     const LossValue loss = evaluate_loss(options_.loss, options_.loss_width, r * r);
     residuals_[i] = static_cast<float>(r);
+    if (!counts) continue;
     data_cost_ += loss.rho;
-    const double gain = std::sqrt(loss.weight) * inverse_sigma;
-    const Vec9 a = gain * residual.d_intrinsics.transpose();
+    const double gain = loss.weight == 1.0 ? inverse_sigma : std::sqrt(loss.weight) * inverse_sigma;
     const Vec6 p = gain * residual.d_pose.transpose();
+    const Vec9 a = gain * residual.d_intrinsics.transpose();
     const double weighted = gain * residual.value_px;
-    intrinsic_gradient_ -= weighted * a;
     h -= weighted * p;
-    for (int j = 0; j < num_free_; ++j) {
-      const int c = free_[j];
-      for (int k = j; k < num_free_; ++k) intrinsic_block_(free_[k], c) += a(free_[k]) * a(c);
-      for (int k = 0; k < 6; ++k) E(k, c) += p(k) * a(c);
+    data_gradient_ -= weighted * a;
+    add_lower_square(p, &C);
+    if (first_six) {
+      add_lower_square(Vec6(a.head<6>()), &data_block_);
+    } else {
+      add_lower_square(a, &data_block_);
     }
-    for (int c = 0; c < 6; ++c) {
-      for (int k = c; k < 6; ++k) C(k, c) += p(k) * p(c);
-    }
+    for (int j = 0; j < num_free_; ++j) add_scaled(a(free_[j]), p, &E(0, free_[j]));
   }
   Eigen::Map<Mat6>(view.pose_block) = C;
   Eigen::Map<Mat69>(view.cross_block) = E;
@@ -150,6 +187,7 @@ Eigen::Matrix<double, 9, 9> Refiner::prior_information() const {
 
 void Refiner::add_priors() {
   cost_ = data_cost_;
+  intrinsic_gradient_ = data_gradient_;
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     const double precision = prior_precision(i);
     const double error = camera_.*kIntrinsics[i] - policy_.prior_mean[i];
@@ -161,18 +199,18 @@ void Refiner::add_priors() {
   cost_ += aspect * difference * difference;
   intrinsic_gradient_(0) += aspect * difference;
   intrinsic_gradient_(1) -= aspect * difference;
-  intrinsic_block_ += prior_information();
+  intrinsic_block_ = data_block_ + prior_information();
 }
 
 /// Cost, residuals and normal equations of the current state. False where they are not finite.
 bool Refiner::linearise() {
-  intrinsic_block_.setZero();
-  intrinsic_gradient_.setZero();
+  data_block_.setZero();
+  data_gradient_.setZero();
   data_cost_ = 0.0;
   points_used_ = points_lost_ = 0;
-  const double radius_limit = valid_radius(camera_);
+  const double knee = radius_of_slope(camera_, kKneeSlope);
   for (std::size_t v = 0; v < views_.size(); ++v) {
-    if (views_[v].used) linearise_view(v, radius_limit);
+    if (views_[v].used) linearise_view(v, knee);
   }
   add_priors();
   return std::isfinite(cost_) && camera_.fx > 0.0 && camera_.fy > 0.0;
@@ -203,43 +241,6 @@ bool Refiner::reduce(double damping, ReducedSystem* out) const {
   }
   *out = system;
   return true;
-}
-
-/// Adds what the points [first, last), all of one line in one view, contribute.
-/// @param eliminated inv(C) E of the view
-void Refiner::add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double radius_limit,
-                                const Mat69& eliminated, LineResponse* response) const {
-  Eigen::Map<Vec9> gradient(response->gradient);
-  for (std::size_t i = first; i < last; ++i) {
-    const LinePoint& point = data_.points[i];
-    LineResidual residual;
-    if (!line_residual(camera_, radius_limit, line, Vec2(point.u_px, point.v_px), &residual)) continue;
-    const double inverse_sigma = 1.0 / point.sigma_px;
-    const double r = residual.value_px * inverse_sigma;
-    const double weight =
-        evaluate_loss(options_.loss, options_.loss_width, r * r).weight * inverse_sigma * inverse_sigma;
-    gradient += weight * (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
-  }
-}
-
-void Refiner::line_responses(Span<LineResponse> responses) const {
-  for (LineResponse& response : responses) response = {};
-  const double radius_limit = valid_radius(camera_);
-  Cholesky<6> factor;
-  for (std::size_t v = 0; v < views_.size(); ++v) {
-    const RefineView& view = views_[v];
-    if (!view.used || !factor.factor(pose_block_of(view), kMinPosePivot)) continue;
-    const Mat69 eliminated = factor.solve(cross_block_of(view));
-    const Mat3 R = rotation_of(view.pose);
-    const Vec3 t = translation_of(view.pose);
-    const std::size_t end = data_.views[v].first + data_.views[v].count;
-    for (std::size_t first = data_.views[v].first, last = first; first < end; first = last) {
-      const std::uint16_t line = data_.points[first].line;
-      while (last < end && data_.points[last].line == line) ++last;
-      add_line_response(first, last, line_in_camera(R, t, data_.model[line]), radius_limit, eliminated,
-                        &responses[line]);
-    }
-  }
 }
 
 bool Refiner::solve_damped(Vec9* delta) const {

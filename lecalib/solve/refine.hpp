@@ -16,6 +16,7 @@
 
 namespace lecalib {
 
+using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Mat69 = Eigen::Matrix<double, 6, 9>;
 
 /// Why a refinement stopped. Values are stable.
@@ -33,7 +34,7 @@ struct RefineOptions {
   Loss loss = Loss::squared;
   double loss_width = 3.0;           ///< sigmas; where the loss leaves the square
   int max_iterations = 100;          ///< steps tried, accepted or not; > 0
-  double decrease_tolerance = 1e-9;  ///< relative; 1e-9 of the cost is some 1e-4 sigma of the parameters
+  double decrease_tolerance = 1e-6;  ///< relative; of 50 points' cost this is some 0.007 sigma, in the step just made
   double step_tolerance = 1e-11;     ///< relative
 };
 
@@ -47,6 +48,13 @@ struct RefineView {
   double pose_gradient[6];  ///< -J_pose' W r
   bool used;                ///< false: the view has no start or too few lines, and is left out
 };
+
+inline Mat6 pose_block_of(const RefineView& view) { return Eigen::Map<const Mat6>(view.pose_block); }
+inline Mat69 cross_block_of(const RefineView& view) { return Eigen::Map<const Mat69>(view.cross_block); }
+
+/// A pivot below this share of its diagonal: the six pose parameters are not independent (all lines parallel, or all
+/// through one point).
+inline constexpr double kMinPosePivot = 1e-11;
 
 /// The intrinsics' own normal equations with the poses eliminated.
 struct ReducedSystem {
@@ -64,8 +72,9 @@ class Refiner {
  public:
   /// Starts from `camera` and from the poses in `views`, one RefineView per view of `data` with `used` set.
   /// @param residuals one per point: residual in sigmas of the current state (kLostSigmas for a point without a foot)
+  /// @param feet      scratch, one per point; may be empty, at the price of longer searches for each point's foot
   void init(const CalibrationData& data, const ParameterPolicy& policy, const RefineOptions& options,
-            const Camera& camera, Span<RefineView> views, Span<float> residuals);
+            const Camera& camera, Span<RefineView> views, Span<float> residuals, Span<float> feet = {});
 
   /// One iteration: one linear solve and one pass over the points (two where the step is rejected).
   /// @return in_progress | ok (converged) | not_converged (iteration limit) | numerical_failure (the start has no
@@ -76,6 +85,7 @@ class Refiner {
   /// @param sigma_scale true over given sigma of the points, as far as known: priors are in true units, so they count
   /// sigma_scale^2 beside data weighted by the given sigmas. > 0
   void set_loss(Loss loss, double width, double sigma_scale);
+  void set_decrease_tolerance(double tolerance) { options_.decrease_tolerance = tolerance; }
 
   /// The reduced normal equations of the current state, undamped.
   /// @return false, *out unchanged, where a view's pose is not determined by its lines
@@ -88,6 +98,12 @@ class Refiner {
   /// @param responses one per model line
   void line_responses(Span<LineResponse> responses) const;
 
+  /// Residuals over the spread that the fit leaves to each: r / sqrt(1 - h) with the leverage h of its point, and
+  /// r / sqrt(1 + h) for points left out. A wrong point that pulls the solution to itself has a small residual only.
+  /// @param out one per point; 0 for the points of views not used
+  /// @return false where the equations are singular
+  bool standardised_residuals(Span<float> out) const;
+
   [[nodiscard]] const Camera& camera() const { return camera_; }
   [[nodiscard]] double cost() const { return cost_; }            ///< sum of rho over points, priors included
   [[nodiscard]] double data_cost() const { return data_cost_; }  ///< without the priors
@@ -98,12 +114,14 @@ class Refiner {
 
  private:
   bool linearise();
-  void linearise_view(std::size_t index, double radius_limit);
+  void linearise_view(std::size_t index, double knee);
   void add_priors();
+  [[nodiscard]] bool all_within(Loss loss, double width) const;
   [[nodiscard]] double prior_precision(std::size_t i) const;
   [[nodiscard]] double aspect_precision() const;
-  void add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double radius_limit,
+  void add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double knee,
                          const Mat69& eliminated, LineResponse* response) const;
+  void standardise_view(std::size_t index, const Eigen::Matrix<double, 9, 9>& covariance, Span<float> out) const;
   bool reduce(double damping, ReducedSystem* out) const;
   bool solve_damped(Vec9* delta) const;
   double apply(const Vec9& delta, double* largest_relative_step);
@@ -115,9 +133,12 @@ class Refiner {
   RefineOptions options_;
   Span<RefineView> views_;
   Span<float> residuals_;
+  Span<float> feet_;
   Camera camera_;
+  Eigen::Matrix<double, 9, 9> data_block_ = Eigen::Matrix<double, 9, 9>::Zero();
+  Vec9 data_gradient_ = Vec9::Zero();
   Eigen::Matrix<double, 9, 9> intrinsic_block_ = Eigen::Matrix<double, 9, 9>::Zero();
-  Vec9 intrinsic_gradient_ = Vec9::Zero();
+  Vec9 intrinsic_gradient_ = Vec9::Zero();  // these two with the priors
   double cost_ = 0.0;
   double data_cost_ = 0.0;
   double damping_ = 0.0;

@@ -38,9 +38,11 @@ void fit_direction(LineMoments* m) {
 void fit_view_lines(const CalibrationData& data, const View& view, const Straightening& straightening,
                     Span<LineMoments> moments, Span<ViewLine> lines, std::size_t* count) {
   LECALIB_ASSERT(moments.size() >= data.model.size() && lines.size() >= data.model.size());
-  const Span<const LinePoint> points = points_of(data, view);
+  const std::size_t end = view.first + view.count;
   for (LineMoments& m : moments) m = {};
-  for (const LinePoint& point : points) {
+  for (std::size_t i = view.first; i < end; ++i) {
+    if (is_left_out(data, i)) continue;
+    const LinePoint& point = data.points[i];
     const Vec2 x = straighten(straightening, point);
     LineMoments& m = moments[point.line];
     ++m.count;
@@ -53,7 +55,9 @@ void fit_view_lines(const CalibrationData& data, const View& view, const Straigh
   for (LineMoments& m : moments) {
     if (m.count >= 2) fit_direction(&m);
   }
-  for (const LinePoint& point : points) {
+  for (std::size_t i = view.first; i < end; ++i) {
+    if (is_left_out(data, i)) continue;
+    const LinePoint& point = data.points[i];
     LineMoments& m = moments[point.line];
     const Vec2 x = straighten(straightening, point);
     const double along = (x(0) - m.x) * m.direction[0] + (x(1) - m.y) * m.direction[1];

@@ -2,12 +2,16 @@
 #include "lecalib/solve/visibility.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "lecalib/math/line_projection.hpp"
 #include "lecalib/math/so3.hpp"
 
 namespace lecalib {
 namespace {
+
+/// |tangential part| <= 3 (|p1| + |p2|) r^2, and twice that is safe for points near it.
+constexpr double kTangentialReach = 6.0;
 
 /// Depth's sign of the point of `line` that is seen at m~ = (ideal, 1): X = z m~ and (X - X_p) x D = 0, so
 /// z (m~ x D) = X_p x D, the line's moment.
@@ -23,12 +27,22 @@ void add_visibility(const CalibrationData& data, const View& view, const Camera&
   const Vec3 t = translation_of(pose);
   const double radius_limit = valid_radius(camera);
   const double cap2 = cap_px * cap_px;
-  for (const LinePoint& point : points_of(data, view)) {
+  std::uint32_t held_line = 0xFFFFFFFFU;
+  CameraLine line{};
+  IdealLine ideal{};
+  bool visible = false;
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    if (is_left_out(data, i)) continue;
+    const LinePoint& point = data.points[i];
     const Vec2 pixel(point.u_px, point.v_px);
-    const CameraLine line = line_in_camera(R, t, data.model[point.line]);
+    if (point.line != held_line) {
+      held_line = point.line;
+      line = line_in_camera(R, t, data.model[held_line]);
+      visible = ideal_line(line, radius_limit, &ideal);
+    }
     LineFoot foot;
     ++sum->points;
-    if (!find_foot(camera, radius_limit, line, pixel, &foot)) {
+    if (!visible || !find_foot(camera, ideal, pixel, &foot)) {
       sum->cost += cap2;
       continue;
     }
@@ -39,9 +53,21 @@ void add_visibility(const CalibrationData& data, const View& view, const Camera&
 
 std::size_t count_inside(const CalibrationData& data, const View& view, const Camera& camera) {
   std::size_t count = 0;
-  for (const LinePoint& point : points_of(data, view)) {
+  const double radius_limit = valid_radius(camera);
+  // Well inside the image of the fold there is nothing to solve for; p1, p2 move points by less than the margin.
+  const double tangential = std::abs(camera.p1) + std::abs(camera.p2);
+  const double fold = radius_limit * radial_at(camera, radius_limit * radius_limit).value;
+  const double surely = fold - kTangentialReach * tangential * radius_limit * radius_limit;
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    if (is_left_out(data, i)) continue;
+    const LinePoint& point = data.points[i];
     Vec2 ideal;
-    if (unproject(camera, Vec2(point.u_px, point.v_px), &ideal)) ++count;
+    const Vec2 distorted((point.u_px - camera.cx) / camera.fx, (point.v_px - camera.cy) / camera.fy);
+    if (distorted.norm() < surely) {
+      ++count;
+      continue;
+    }
+    if (unproject(camera, radius_limit, Vec2(point.u_px, point.v_px), &ideal)) ++count;
   }
   return count;
 }

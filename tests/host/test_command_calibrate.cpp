@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "lecalib/core/rng.hpp"
 #include "lecalib/host/file_io.hpp"
@@ -76,6 +79,43 @@ TEST_CASE("lecalib calibrate: points without noise give the camera they came fro
   CHECK(json["views"][2]["name"] == "v2");
   CHECK(json["views"][2]["lines"] == 12);
   CHECK(json["diagnostics"]["counts"]["points"] == 4 * 12 * 3);
+}
+
+TEST_CASE("lecalib calibrate: a line of another name is left out and told, and kept with --trust-lines") {
+  const TemporaryFolder folder;
+  const auto box = make_target("box:0.4x0.3x0.25");
+  REQUIRE(box.ok());
+  std::string text = box_observations(box.value());
+  const std::string first = "v1," + box.value().names[0] + ",";
+  std::string swapped;  // in view v1 the first edge's points are 60 px off
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = text.find('\n', begin) + 1;
+    std::string row = text.substr(begin, end - begin);
+    if (row.compare(0, first.size(), first) == 0) {
+      const std::size_t comma = row.find(',', first.size());
+      const double u = std::stod(row.substr(first.size(), comma - first.size()));
+      row = first + shortest(u + 60) + row.substr(comma);
+    }
+    swapped += row;
+    begin = end;
+  }
+  REQUIRE_FALSE(write_file(folder / "o.csv", swapped));
+  const std::vector<std::string> command = {"calibrate",        "--observations", folder / "o.csv", "--target",
+                                            "box:0.4x0.3x0.25", "--sensor",       "640x480",        "--out"};
+  const auto with = [&](std::initializer_list<std::string> more) {
+    std::vector<std::string> all = command;
+    all.insert(all.end(), more);
+    return run_lecalib(all);
+  };
+  const CommandRun rejected = with({folder / "a"});
+  REQUIRE(rejected.exit_code == 0);
+  CHECK(rejected.out.find("left out, as they do not fit the others: 1 lines") != std::string::npos);
+  CHECK(json_of(folder / "a/calibration.json")["diagnostics"]["counts"]["lines_left_out"] == 1);
+  CHECK(std::abs(json_of(folder / "a/calibration.json")["cameras"].at(0)["fx"].get<double>() - kFocal) < 1e-3);
+  (void)with({folder / "b", "--trust-lines"});
+  CHECK(json_of(folder / "b/calibration.json")["diagnostics"]["counts"]["lines_left_out"] == 0);
+  CHECK(with({folder / "c", "--max-focal-sigma", "1e-9"}).err.find("too uncertain") != std::string::npos);
+  CHECK(with({folder / "d", "--max-focal-sigma", "-1"}).exit_code != 0);
 }
 
 TEST_CASE("lecalib calibrate: a real chessboard agrees with its published camera") {

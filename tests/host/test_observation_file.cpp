@@ -70,8 +70,8 @@ TEST_CASE("a broken table names its line, column and what was expected") {
   CHECK(error_of(good + "0,top,1,nan\n") == "o.csv:4:9: expected a finite number of pixels, found 'nan'");
   CHECK(error_of(good + "0,middle,1,2\n") == "o.csv:4:3: the model has no line 'middle'");
   CHECK(error_of(good + ",top,1,2\n") == "o.csv:4:1: expected a view's label, found nothing");
-  CHECK(error_of(good + "0,top,705,2\n") == "o.csv:4:7: 705 px lies far outside of a sensor of 640x480");
-  CHECK(error_of(good + "0,top,1,-100\n") == "o.csv:4:9: -100 px lies far outside of a sensor of 640x480");
+  CHECK(error_of(good + "0,top,801,2\n") == "o.csv:4:7: 801 px lies far outside of a sensor of 640x480");
+  CHECK(error_of(good + "0,top,1,-121\n") == "o.csv:4:9: -121 px lies far outside of a sensor of 640x480");
   CHECK(error_of(good + "0,left,1,2\n") == "o.csv:4: the only point of its line in view '0', expected two or more");
   CHECK(error_of("view,line,u_px,v_px,sigma_px\n0,top,1,2,0\n") == "o.csv:2:11: expected sigma_px > 0, found '0'");
 }

@@ -140,5 +140,40 @@ TEST_CASE("undefined solutions are refused") {
   CHECK_FALSE(pose_from_projection(Mat34::Zero(), flat.camera, &pose));
 }
 
+TEST_CASE("a line whose end points lie very far away changes neither the model's shape nor the solution") {
+  Rng rng(40);
+  for (const double depth : {0.0, 1.0}) {
+    std::vector<ModelLine> model = test::random_lines(rng, 20, 1.5, 1.2, depth);
+    for (int end = 0; end < 2; ++end) {
+      ModelLine& line = model[static_cast<std::size_t>(end)];
+      for (int k = 0; k < 3; ++k) (end == 0 ? line.q : line.p)[k] += 1e7 * (line.q[k] - line.p[k]);
+    }
+    Scene s = make_scene(model);
+    for (int e = 0; e < 2; ++e) {  // make_scene() takes points between the ends: far out, where rounding rules
+      ViewLine& line = s.lines[static_cast<std::size_t>(e)];
+      const ModelLine& truth = s.model[static_cast<std::size_t>(e)];
+      const double* near = e == 0 ? truth.p : truth.q;
+      const double* far = e == 0 ? truth.q : truth.p;
+      for (int which = 0; which < 2; ++which) {
+        const double mix = which * 1e-7;
+        Eigen::Vector4d world(0.0, 0.0, 0.0, 1.0);
+        for (int k = 0; k < 3; ++k) world(k) = near[k] + mix * (far[k] - near[k]);
+        const Vec3 image = s.M * world;
+        for (int k = 0; k < 2; ++k) (which == 0 ? line.image_p : line.image_q)[k] = image(k) / image(2);
+      }
+    }
+    const ModelFrame frame = find_model_frame(s.model, s.lines);
+    CHECK(frame.shape == (depth > 0.0 ? ModelShape::non_planar : ModelShape::planar));
+    if (depth > 0.0) {
+      Mat34 M;
+      REQUIRE(solve_line_dlt(s.model, s.lines, &M));
+      CHECK(std::min((M - s.M).norm(), (M + s.M).norm()) < 1e-6);
+    } else {
+      Mat3 H;
+      REQUIRE(solve_planar_line_dlt(s.model, s.lines, frame, &H));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lecalib

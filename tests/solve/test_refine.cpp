@@ -117,6 +117,24 @@ void dense_system(const Problem& p, Eigen::MatrixXd* J, Eigen::VectorXd* r) {
   }
 }
 
+TEST_CASE("standardised residuals are r / sqrt(1 - h) with the dense equations' leverages") {
+  Problem p = make_problem(3, 0.5, 0.02, 9);
+  p.init(no_priors(), {});
+  REQUIRE(p.run() == Status::ok);
+  std::vector<float> standardised(p.scene.points.size());
+  REQUIRE(p.refiner.standardised_residuals(standardised));
+  Eigen::MatrixXd J;
+  Eigen::VectorXd r;
+  dense_system(p, &J, &r);
+  Eigen::MatrixXd free(J.rows(), J.cols() - 1);
+  free << J.leftCols(8), J.rightCols(J.cols() - 9);  // k3 is held
+  const Eigen::MatrixXd hat = free * (free.transpose() * free).ldlt().solve(free.transpose());
+  for (Eigen::Index i = 0; i < r.size(); ++i) {
+    const double expected = r(i) / std::sqrt(1.0 - hat(i, i));
+    CHECK(static_cast<double>(standardised[static_cast<std::size_t>(i)]) == doctest::Approx(expected).epsilon(1e-4));
+  }
+}
+
 TEST_CASE("the Schur complement is that of the dense normal equations") {
   Problem p = make_problem(4, 0.5, 0.02, 3);
   ParameterPolicy policy;
