@@ -74,7 +74,8 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
   const double dof = std::max(1.0, static_cast<double>(refiner.points_used()) - unknowns);
   result->chi2_per_dof = refiner.data_cost() / dof;
   const bool may_narrow = !options.trust_sigma && dof >= kMinScaleDof;
-  covariance *= may_narrow ? result->chi2_per_dof : std::max(1.0, result->chi2_per_dof);
+  // A scale from residuals is uncertain itself: errors over it are Student's, of variance dof / (dof - 2).
+  covariance *= may_narrow ? refiner.data_cost() / (dof - 2.0) : std::max(1.0, result->chi2_per_dof);
   if (options.line_offset_px > 0.0) {
     refiner.line_responses(responses);
     for (const LineResponse& response : responses) {

@@ -8,8 +8,8 @@ namespace lecalib {
 
 struct CovarianceOptions {
   /// true: the given sigmas are true, and only worse residuals than they explain widen the covariance (factor
-  /// max(1, chi2/dof)). false: only their ratios are, and the residuals set the scale (factor chi2/dof, from 10 degrees
-  /// of freedom on).
+  /// max(1, chi2/dof)). false: only their ratios are, and the residuals set the scale (factor chi2/(dof - 2), from 10
+  /// degrees of freedom on).
   bool trust_sigma = true;
   /// One sigma of an offset, px, that all points of a model line share in all views, besides their own errors: the
   /// events of an edge lie towards its dark side by a few tenths of a pixel, and more views don't average that out.
