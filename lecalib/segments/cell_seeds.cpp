@@ -21,6 +21,10 @@ struct BlockEdge {
   float ux, uy;         ///< unit direction
   float speed;          ///< across the line, along (-uy, ux), px per unit of tau
   float across, along;  ///< variances, px^2
+
+  [[nodiscard]] float distance(float x, float y, float t) const {
+    return (y - my) * ux - (x - mx) * uy - (t - mt) * speed;
+  }
 };
 
 void add_event(CellMoments* m, float x, float y, float t) {
@@ -117,26 +121,27 @@ void keep(const SeedWorkspace& ws, const CellSeed& seed, std::size_t* count, std
   std::push_heap(ws.seeds.begin(), ws.seeds.end(), better);
 }
 
+/// Calls visit(x, y, tau) for the block's free events, x and y from (ox, oy).
+template <class Visit>
+void for_each_free(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner, float ox, float oy,
+                   Visit visit) {
+  for (const std::uint32_t cell : {block, block + cloud.cols}) {
+    for (std::uint32_t i = cloud.cell_start[cell]; i < cloud.cell_start[cell + 2]; ++i) {
+      if (owner[i] == 0) visit(cloud.x[i] - ox, cloud.y[i] - oy, cloud.tau(i));
+    }
+  }
+}
+
 /// Sums of the block's free events within `band_px` of the edge (all of them where edge is null).
 /// @return free events of the block
 float sum_block(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner, float ox, float oy,
                 const BlockEdge* edge, float band_px, CellMoments* out) {
   *out = {};
   float free_events = 0;
-  for (const std::uint32_t cell : {block, block + cloud.cols}) {
-    for (std::uint32_t i = cloud.cell_start[cell]; i < cloud.cell_start[cell + 2]; ++i) {
-      if (owner[i] != 0) continue;
-      ++free_events;
-      const float x = cloud.x[i] - ox;
-      const float y = cloud.y[i] - oy;
-      const float t = cloud.tau(i);
-      if (edge != nullptr) {
-        const float d = (y - edge->my) * edge->ux - (x - edge->mx) * edge->uy - (t - edge->mt) * edge->speed;
-        if (d > band_px || d < -band_px) continue;
-      }
-      add_event(out, x, y, t);
-    }
-  }
+  for_each_free(cloud, block, owner, ox, oy, [&](float x, float y, float t) {
+    ++free_events;
+    if (edge == nullptr || std::fabs(edge->distance(x, y, t)) <= band_px) add_event(out, x, y, t);
+  });
   return free_events;
 }
 
@@ -151,16 +156,10 @@ float choose_twin(const EventCloud& cloud, std::uint32_t block, Span<const std::
   constexpr float kLeastOther = 0.3F;  // of the denser edge's peak
   constexpr float kMaxValley = 0.4F;   // of the other's
   float counts[kBins + 2] = {};
-  for (const std::uint32_t cell : {block, block + cloud.cols}) {
-    for (std::uint32_t i = cloud.cell_start[cell]; i < cloud.cell_start[cell + 2]; ++i) {
-      if (owner[i] != 0) continue;
-      const float d = (static_cast<float>(cloud.y[i]) - oy - edge->my) * edge->ux -
-                      (static_cast<float>(cloud.x[i]) - ox - edge->mx) * edge->uy -
-                      (cloud.tau(i) - edge->mt) * edge->speed;
-      const int bin = static_cast<int>(d / kBinPx + 0.5F * kBins);
-      if (d > -0.5F * kBins * kBinPx && bin < kBins) counts[bin + 1] += 1;
-    }
-  }
+  for_each_free(cloud, block, owner, ox, oy, [&](float x, float y, float t) {
+    const float place = edge->distance(x, y, t) / kBinPx + 0.5F * kBins;
+    if (place > 0 && place < kBins) counts[static_cast<int>(place) + 1] += 1;
+  });
   float smooth[kBins];
   int first = 0;
   for (int b = 0; b < kBins; ++b) {

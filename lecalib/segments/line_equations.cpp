@@ -44,8 +44,7 @@ struct Factor {
 /// does not depend on the target, so neither do the sums.
 constexpr int kLanes = 4;
 
-/// The events [first, first + kLanes); of those behind the last one, whatever stands in the arrays before, as not
-/// present.
+/// The events [first, first + kLanes); behind the last one stands the first of the list, as not present.
 struct Block {
   float s_px[kLanes], d[kLanes], t[kLanes], present[kLanes];
 
