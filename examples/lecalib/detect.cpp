@@ -83,6 +83,12 @@ void add_windows(CLI::App* command, DetectOptions* options) {
       ->capture_default_str()
       ->check(CLI::Range(1'000, 10'000'000).description(""))
       ->type_name("N");
+  command
+      ->add_option("--max-rate", options->max_rate_per_s,
+                   "Events per second that are looked at; more are thinned evenly, to keep up with a sensor. 0: all")
+      ->capture_default_str()
+      ->check(check_whole<std::uint32_t>)
+      ->type_name("PER_S");
 }
 
 void add_detector(CLI::App* command, DetectOptions* options) {

@@ -23,6 +23,7 @@ struct DetectOptions {
   std::optional<std::size_t> svg_window;
   WindowRange range;
   std::size_t max_events = 400'000;  // a line's place gains from more, and a host has the memory
+  std::uint32_t max_rate_per_s = 0;  ///< 0: no limit
   std::string detector = "fast";
   double c_z_us_per_px = 0;  ///< 0: automatic
   bool filters_noise = false;

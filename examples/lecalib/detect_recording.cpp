@@ -150,7 +150,7 @@ void detect_recording(const DetectOptions& options) {
   host::EventFile file = open_events(options.events, options.sensor);
   Detection detection(options, file.sensor());
   const Memory& memory = detection.memory();
-  WindowSource windows(&file, options.range, memory.window_events);
+  WindowSource windows(&file, options.range, options.max_rate_per_s, memory.window_events);
   Picture picture(options);
   host::LinesCsv csv;
   Progress progress("detecting lines");

@@ -19,10 +19,12 @@ std::uint64_t distance_us(std::int64_t earlier, std::int64_t later) {
   return static_cast<std::uint64_t>(later) - static_cast<std::uint64_t>(earlier);
 }
 
-WindowSource::WindowSource(host::EventFile* file, const WindowRange& range, Span<Event> storage)
+WindowSource::WindowSource(host::EventFile* file, const WindowRange& range, std::uint32_t max_rate_per_s,
+                           Span<Event> storage)
     : file_(file), range_(range) {
   WindowOptions window;
   window.length_us = range.window_us.value_or(WindowLengthOptions().first_us);
+  window.max_rate_per_s = max_rate_per_s;
   if (range.is_one_window()) window.length_us = *range.to_us - *range.from_us;
   if (is_error(builder_.init(window, storage))) fail({"the window's length is out of range"});
 }

@@ -28,8 +28,8 @@ struct WindowRange {
 /// Cuts the events of a file into windows.
 class WindowSource {
  public:
-  /// @param storage holds a window's events; more are thinned
-  WindowSource(host::EventFile* file, const WindowRange& range, Span<Event> storage);
+  /// @param max_rate_per_s, storage  a window's events beyond what either allows are thinned; no limit to the rate: 0
+  WindowSource(host::EventFile* file, const WindowRange& range, std::uint32_t max_rate_per_s, Span<Event> storage);
 
   /// @return false when there is no further window.
   bool next(EventWindow* window);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/events/window_builder.hpp"
 
+#include <algorithm>
 #include <limits>
 
 namespace lecalib {
@@ -15,6 +16,15 @@ constexpr std::uint64_t distance_us(std::int64_t earlier, std::int64_t later) no
 
 constexpr std::int64_t add_us(std::int64_t t_us, std::int64_t length_us) noexcept {
   return t_us > kForever - length_us ? kForever : t_us + length_us;
+}
+
+/// Events that a rate gives to a length, at least 2 and even.
+constexpr std::uint64_t even_share(std::uint64_t rate_per_s, std::int64_t length_us) noexcept {
+  constexpr std::uint64_t kUsPerS = 1'000'000;
+  const auto us = static_cast<std::uint64_t>(length_us);
+  if (us / kUsPerS > 0xffff'ffffU) return std::numeric_limits<std::uint64_t>::max();
+  const std::uint64_t share = us / kUsPerS * rate_per_s + us % kUsPerS * rate_per_s / kUsPerS;
+  return share < 2 ? 2 : share / 2 * 2;
 }
 
 }  // namespace
@@ -101,6 +111,11 @@ void WindowBuilder::open(std::int64_t t_us) noexcept {
   has_clock_ = true;
   is_open_ = true;
   received_ = 0;
+  room_ = storage_.size();
+  if (options_.max_rate_per_s > 0 && options_.length_us > 0) {
+    room_ = static_cast<std::size_t>(
+        std::min<std::uint64_t>(room_, even_share(options_.max_rate_per_s, options_.length_us)));
+  }
   size_ = 0;
   stride_ = 1;
   in_group_ = 0;
@@ -134,7 +149,7 @@ void WindowBuilder::add(const Event& event) noexcept {
 }
 
 void WindowBuilder::keep(const Event& event) noexcept {
-  if (size_ == storage_.size()) {
+  if (size_ == room_) {
     halve();
     // The group being received becomes the first half of one twice as long.
     const bool is_in_second_half = (rng_.next() & 1U) != 0;

@@ -15,6 +15,9 @@ struct WindowOptions {
   std::uint64_t max_events = 0;     ///< a window ends once it has received so many; 0: windows end by time alone
   /// How far an event may lie before the latest one and still count as the sensor's own disorder, >= 0.
   std::int64_t disorder_us = 1'000;
+  /// Of a window of length_us at most so many events per second are kept, so that what follows keeps up with sensors
+  /// that send more; 0: as many as the storage holds.
+  std::uint32_t max_rate_per_s = 0;
 };
 
 /// Counts since init().
@@ -22,7 +25,7 @@ struct WindowStats {
   std::uint64_t windows = 0;        ///< handed out
   std::uint64_t empty_windows = 0;  ///< lengths without an event, passed over
   std::uint64_t events = 0;         ///< received into windows, thinned ones included
-  std::uint64_t thinned = 0;        ///< of these, left out because the storage was full
+  std::uint64_t thinned = 0;        ///< of these, left out because the storage was full or too many came
   std::uint64_t late = 0;           ///< of these, earlier than the latest by disorder_us or less
   std::uint64_t backward = 0;       ///< dropped: earlier than that
   std::uint64_t restarts = 0;       ///< times the clock was found to have been set back
@@ -34,8 +37,9 @@ struct WindowStats {
 /// rhythm. By count: a window ends after the last event of the microsecond in which it received max_events. By both:
 /// whichever comes first. By count alone a window begins with its first event.
 ///
-/// A window that receives more events than the storage holds is thinned evenly: of each 2^k successive events one,
-/// chosen at random (from a fixed seed), is kept, and k grows by one whenever the storage is full.
+/// A window that receives more events than the storage holds, or than max_rate_per_s grants it, is thinned evenly: of
+/// each 2^k successive events one, chosen at random (from a fixed seed), is kept, and k grows by one whenever the room
+/// is full.
 ///
 /// Time that runs backward: an event up to disorder_us before the latest one goes into the current window, even if
 /// that begins later. Earlier ones are dropped as false stamps, until kRestartAfter of them come in a row: then the
@@ -89,6 +93,7 @@ class WindowBuilder {
   std::int64_t begin_us_ = 0;
   std::int64_t end_us_ = 0;
   std::uint64_t received_ = 0;
+  std::size_t room_ = 0;  ///< even: as many events of this window may be kept
   std::size_t size_ = 0;
   std::uint64_t stride_ = 1;    ///< one of so many events is kept
   std::uint64_t in_group_ = 0;  ///< position within the current stride_ events

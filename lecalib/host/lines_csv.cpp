@@ -15,7 +15,7 @@ namespace {
 constexpr double kLeastFirstPart = 0.56;
 constexpr double kMostFirstPart = 0.65;
 /// ... unless it would stray so far from its chord, px, that it were no line.
-constexpr double kMaxFirstBendPx = 4;
+constexpr double kMaxFirstBendPx = 5;
 
 /// The part of a line between two fractions of its length, as its chord.
 Segment part_of(const EventLine& line, bool at_end, double from, double to) {

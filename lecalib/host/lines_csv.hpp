@@ -15,7 +15,7 @@ inline constexpr float kMaxRowBendPx = 1.25F;
 /// `t_us,end,line,x1,y1,x2,y2,sigma_px,events,polarity`. `line` counts through all windows and pairs the two ends;
 /// (x1, y1) of both ends belong to the same end of the line; pixels, integer at pixel centres. A line whose bend takes
 /// it further than kMaxRowBendPx from its chord is written as several rows, each a line of its own; the first of two or
-/// three takes more than half of the line, even where it then bends further, up to 4 px.
+/// three takes more than half of the line, even where it then bends further, up to 5 px.
 class LinesCsv {
  public:
   LinesCsv();

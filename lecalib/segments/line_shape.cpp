@@ -74,16 +74,17 @@ class ShapeFitter {
 
   [[nodiscard]] EventLine record() const {
     EventLine out{};
-    const float systematic2 = systematic_variance();
     out.begin = segment(0);
     out.end = segment(1);
-    out.sigma_begin_px = std::sqrt(end_variance(0) + systematic2);
-    out.sigma_end_px = std::sqrt(end_variance(1) + systematic2);
     const float low = 0.5F * (line_.low[0] + line_.low[1]);
     const float high = 0.5F * (line_.high[0] + line_.high[1]);
     const float quarter = bow(low, high, 0.25F, 0);
     const float three_quarters = bow(low, high, 0.75F, 0);
     out.bend_px = bow(low, high, 0.5F, 0);
+    const float unshaped_px = options_.unshaped_bend_share * out.bend_px;
+    const float common = systematic_variance() + unshaped_px * unshaped_px;
+    out.sigma_begin_px = std::sqrt(end_variance(0) + common);
+    out.sigma_end_px = std::sqrt(end_variance(1) + common);
     out.bend_change_px = bow(low, high, 0.5F, 1) - bow(low, high, 0.5F, -1);
     out.skew_px = (three_quarters - quarter) / 0.75F;
     out.peak_px = 4 * ((quarter + three_quarters) / 1.5F - out.bend_px);

@@ -33,6 +33,9 @@ struct LineShapeOptions {
   /// contrast and the scene's light. And its growth on sparse edges, px^2 times events per px^2 swept.
   float systematic_px = 0.46F;
   float systematic_sparse_px2 = 0.3F;
+  /// What the shape's terms leave of a bend, as a share of it and at the line's ends: near its fold a distortion bends
+  /// lines in higher orders.
+  float unshaped_bend_share = 0.03F;
   /// Events that scatter like independent draws have no offset in common: by so much, px ...
   float independent_scatter_px = 0.9F;
   /// ... as unevenly along the line as chance does: variance over mean of their counts, at least ...

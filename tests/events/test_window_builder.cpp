@@ -173,6 +173,38 @@ TEST_CASE("windows: beyond the storage events are thinned evenly and counted") {
   }
 }
 
+TEST_CASE("windows: a limit to the rate thins each window by its own length, and only windows of a length") {
+  std::vector<Event> storage(1000);
+  std::vector<std::int64_t> times;
+  for (std::int64_t t = 0; t < 4000; ++t) times.push_back(t);
+  WindowOptions options = {400, 0, 0};
+  for (const std::uint32_t rate : {0U, 250'000U, 1'000'000U}) {
+    CAPTURE(rate);
+    options.max_rate_per_s = rate;
+    WindowBuilder builder;
+    REQUIRE(builder.init(options, storage) == Status::ok);
+    const std::size_t room = rate == 250'000U ? 100 : 400;
+    std::size_t kept = 0;
+    for (const Window& window : build(&builder, at_times(times), 97)) {
+      CHECK(window.events.size() <= room);
+      CHECK(window.events.size() >= room / 2);
+      kept += window.events.size();
+    }
+    CHECK(kept + builder.stats().thinned == times.size());
+  }
+  options.length_us = 0;
+  options.max_events = 500;
+  options.max_rate_per_s = 1;
+  WindowBuilder by_count;
+  REQUIRE(by_count.init(options, storage) == Status::ok);
+  for (const Window& window : build(&by_count, at_times(times), 97)) CHECK(window.events.size() == 500);
+  options.length_us = std::numeric_limits<std::int64_t>::max();
+  options.max_rate_per_s = std::numeric_limits<std::uint32_t>::max();
+  WindowBuilder endless;
+  REQUIRE(endless.init(options, storage) == Status::ok);
+  CHECK(build(&endless, at_times(times), 97).front().events.size() == 500);
+}
+
 TEST_CASE("windows: thinning does not favour the even columns of a vector word") {
   std::vector<Event> storage(1000);
   WindowBuilder builder;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <cstdio>
 #include <vector>
 
 #include "lecalib/host/lines_csv.hpp"
@@ -58,6 +59,23 @@ TEST_CASE("a line that leaves its chord is written in pieces along its bend") {
         "6000,end,0,11.5000,24.2500,76.0566,26.8346,0.2500,207,-1\n"
         "1000,begin,1,74.5497,22.7460,110.0000,20.0000,0.0500,113,-1\n"
         "6000,end,1,76.0566,26.8346,111.5000,24.0000,0.2500,113,-1\n");
+}
+
+TEST_CASE("of a line with much bend one row still takes more than half, unless it were no line") {
+  EventLine line = example();
+  line.begin.x2 = 510.0F;
+  for (const float bend_px : {8.0F, 15.0F, 30.0F}) {
+    CAPTURE(bend_px);
+    line.bend_px = bend_px;
+    LinesCsv csv;
+    csv.add({1000, 6000, {&line, 1}});
+    double first_x2 = 0;
+    REQUIRE(std::sscanf(csv.text().c_str(), "%*s 1000,begin,0,%*f,%*f,%lf", &first_x2) == 1);
+    const double share = (first_x2 - 10) / 500;
+    // The part's own bend is share^2 of the whole.
+    CHECK(share * share * static_cast<double>(bend_px) < 5);
+    CHECK((share > 0.5) == (bend_px < 20));
+  }
 }
 
 TEST_CASE("a picture holds each pixel once and the bend of the lines") {
