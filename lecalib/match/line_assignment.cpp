@@ -19,6 +19,10 @@ constexpr double kLongUnits = 120.0;
 /// Model lines of which less than this is in the image (units) are left out.
 constexpr double kMinSeenUnits = 8.0;
 constexpr std::uint16_t kFewLines = 4;
+/// An edge that travels less than this many px across itself in a window makes no line, one that travels more than
+/// that does, unless it has no contrast.
+constexpr double kSilentTravelPx = 1.0;
+constexpr double kLoudTravelPx = 3.0;
 
 /// Clips the line start + s direction, s in [low, high], to the frame.
 void clip(const FlatFrame& frame, ProjectedLine* line) {
@@ -68,6 +72,17 @@ ProjectedLine project_line(const ModelLine& line, const Mat3& R, const Vec3& t, 
 /// Weight of a model line by its visible length: its information over that of pure chance.
 double line_weight(double seen_px, double unit_px) {
   return std::min(1.0, std::max(0.0, (seen_px / unit_px - kShortUnits) / (kLongUnits - kShortUnits)) * 0.8 + 0.2);
+}
+
+/// How far a model line moves across itself from one place to another: the mean over its ends.
+double travel_px(const ProjectedLine& from, const ProjectedLine& to) {
+  double sum = 0.0;
+  for (const double s : {to.seen_low_px, to.seen_high_px}) {
+    const double x = to.start[0] + s * to.direction[0];
+    const double y = to.start[1] + s * to.direction[1];
+    sum += std::abs(from.normal[0] * x + from.normal[1] * y + from.normal[2]);
+  }
+  return 0.5 * sum;
 }
 
 /// @return false when the detected line cannot be the model line
@@ -202,6 +217,32 @@ Span<Assignment> assign_lines(const ModelGraph& model, const Pose& pose, double 
     support->assignments_dropped = dropped;
   }
   return taken;
+}
+
+double silent_weight(const ModelGraph& model, const Pose (&poses)[kNumInstants], double f_px, const FlatFrame& frame,
+                     double unit_px, Span<const Assignment> taken) {
+  Mat3 R[kNumInstants];
+  Vec3 t[kNumInstants];
+  for (std::size_t k = 0; k < kNumInstants; ++k) {
+    R[k] = rotation_of(poses[k]);
+    t[k] = translation_of(poses[k]);
+  }
+  const Vec3 centre = -(R[1].transpose() * t[1]);
+  const double eye[3] = {centre.x(), centre.y(), centre.z()};
+  double silent = 0.0;
+  for (std::size_t j = 0; j < model.lines.size(); ++j) {
+    if (is_hidden(model, j, eye)) continue;
+    if (std::any_of(taken.begin(), taken.end(), [j](const Assignment& a) { return a.model_line == j; })) continue;
+    ProjectedLine at[kNumInstants];
+    for (std::size_t k = 0; k < kNumInstants; ++k) at[k] = project_line(model.lines[j], R[k], t[k], f_px, frame);
+    const double seen = at[1].seen_high_px - at[1].seen_low_px;
+    if (!(at[0].length_px > 0.0 && at[1].length_px > 0.0 && at[2].length_px > 0.0) || seen < kMinSeenUnits * unit_px) {
+      continue;
+    }
+    const double loudness = (travel_px(at[0], at[2]) - kSilentTravelPx) / (kLoudTravelPx - kSilentTravelPx);
+    silent += line_weight(seen, unit_px) * (1.0 - std::clamp(loudness, 0.0, 1.0));
+  }
+  return silent;
 }
 
 }  // namespace lecalib

@@ -84,4 +84,11 @@ Span<Assignment> assign_lines(const ModelGraph& model, const Pose& pose, double 
                               Span<const FlatLine> lines, Instant instant, const AssignmentOptions& options,
                               AssignmentWorkspace* workspace, Support* support);
 
+/// What of Support::possible belongs to model lines that could not be found: an edge that slides along itself, or
+/// stands, makes no events.
+/// @param poses of the window, by Instant
+/// @param taken the window's assignments; lines that were found count as possible
+double silent_weight(const ModelGraph& model, const Pose (&poses)[kNumInstants], double f_px, const FlatFrame& frame,
+                     double unit_px, Span<const Assignment> taken);
+
 }  // namespace lecalib

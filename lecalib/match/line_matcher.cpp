@@ -27,7 +27,7 @@ constexpr double kRivalShare = 0.93;
 /// that a free focal length and pose can always be bent to. And it must measure more than there are unknowns.
 constexpr double kMinExplained = 0.75;
 constexpr double kFreeLines = 3.5;
-constexpr double kMinExplainedBeyond = 0.35;
+constexpr double kMinExplainedBeyond = 0.25;
 constexpr double kMinRedundancy = 8.0;
 
 bool is_finite(const EventLine& line) {

@@ -134,7 +134,7 @@ void match_window(const MatchScene& scene, std::size_t window, Span<const Pose> 
     std::copy(poses, poses + kNumInstants, result.pose);
     result.matched = true;
     result.score = fit.support.score;
-    result.possible = fit.support.possible;
+    result.possible = fit.support.possible - silent_weight(scene.model, poses, f_px, frame, scene.unit_px, kept);
     result.rms_px = fit.rms_px;
     result.num_lines = num_lines;
     const Span<const Assignment> stored = kept.first(track->matches_per_window);

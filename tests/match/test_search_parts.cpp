@@ -8,6 +8,7 @@
 #include "lecalib/match/bounded_best.hpp"
 #include "lecalib/match/contrast_votes.hpp"
 #include "lecalib/match/image_quads.hpp"
+#include "lecalib/match/line_assignment.hpp"
 #include "lecalib/match/pose_refinement.hpp"
 #include "lecalib/match/quad_pose.hpp"
 #include "synthetic_scene.hpp"
@@ -254,4 +255,31 @@ TEST_CASE("contrast: polarity times motion, the same for either order of the end
   CHECK(decided_contrast({1, 5}) == -1);
   CHECK(decided_contrast({3, 0}) == 0);
   CHECK(decided_contrast({5, 3}) == 0);
+}
+
+TEST_CASE("edges that slide along themselves are no edges that could have been found") {
+  // A sheet 0.4 x 0.3 m, 1 m ahead of a camera with f = 400: sides of 160 and 120 px, each of weight 1 on its own.
+  std::vector<ModelLine> model = rectangle_model(0.4, 0.3);
+  ModelQuad quads[4];
+  ModelSides sides[4];
+  ModelGraph graph;
+  REQUIRE(build_model_graph(model, {}, quads, sides, &graph) == Status::ok);
+  const FlatFrame frame = {-319.5, -239.5, 319.5, 239.5};
+  // What a pose says when the sheet moves by `dx`, `dy` px from the window's begin to its end.
+  const auto silent = [&](double dx, double dy, Span<const Assignment> taken) {
+    Pose poses[kNumInstants];
+    for (int k = 0; k < 3; ++k) {
+      poses[k].t[0] = -0.2 + 0.5 * (k - 1) * dx / 400.0;
+      poses[k].t[1] = -0.15 + 0.5 * (k - 1) * dy / 400.0;
+      poses[k].t[2] = 1.0;
+    }
+    return silent_weight(graph, poses, 400.0, frame, 1.0, taken);
+  };
+  CHECK(silent(0.0, 0.0, {}) == doctest::Approx(4.0));
+  CHECK(silent(20.0, 0.0, {}) == doctest::Approx(2.0));  // the two sides along x
+  CHECK(silent(20.0, 0.9, {}) == doctest::Approx(2.0));
+  CHECK(silent(20.0, 2.0, {}) == doctest::Approx(1.0));  // half way from silent to loud
+  CHECK(silent(20.0, 3.1, {}) == doctest::Approx(0.0));
+  const Assignment found[] = {{0, 0, false, 0.0, 160.0, 0.1, 160.0}};
+  CHECK(silent(20.0, 0.0, found) == doctest::Approx(1.0));  // whatever was found made events
 }
