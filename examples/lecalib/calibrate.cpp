@@ -2,6 +2,7 @@
 /// lecalib calibrate: from a recording, or from lines measured elsewhere, to the camera.
 #include "calibrate.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -16,12 +17,21 @@ namespace {
 constexpr const char* kJsonName = "calibration.json";
 constexpr const char* kYamlName = "calibration.yaml";
 
+DistortionModel distortion_model(const std::string& name) {
+  const char* const* const end = kDistortionModelNames + kNumDistortionModels;
+  return static_cast<DistortionModel>(std::find(kDistortionModelNames, end, name) - kDistortionModelNames);
+}
+
 void check_options(const CalibrateOptions& options) {
   if (options.events.empty() == options.observations.empty()) {
     fail({"calibrate needs either EVENTS or --observations FILE"});
   }
   if (options.model.empty() == options.target.empty()) {
     fail({"calibrate needs either --model FILE or --target SPEC"});
+  }
+  const auto model = static_cast<std::size_t>(distortion_model(options.distortion));
+  if (options.free_k3 && !kHasIntrinsic[model][kNumIntrinsics - 1]) {
+    fail({"--free-k3 does not go with --distortion " + options.distortion + ", which has k1 alone"});
   }
 }
 
@@ -92,6 +102,7 @@ void add_inputs(CLI::App* command, CalibrateOptions* options) {
 }  // namespace
 
 void CalibrateOptions::apply(MonoSolverOptions* solver) const {
+  solver->policy.model = distortion_model(distortion);
   solver->policy.free_k3 = free_k3;
   solver->policy.free_distortion = !hold_distortion;
   solver->policy.free_centre = !hold_centre;
@@ -107,8 +118,15 @@ void add_calibrate(CLI::App& app) {
       ->add_option("--out", options->out,
                    "Folder to write calibration.json and calibration.yaml (OpenCV) to; made if missing")
       ->type_name("DIR");
+  command
+      ->add_option("--distortion", options->distortion,
+                   "brown (OpenCV's), polynomial (distorted to ideal) or division (one coefficient)")
+      ->type_name("MODEL")
+      ->capture_default_str()
+      ->check(
+          CLI::IsMember(std::vector<std::string>(kDistortionModelNames, kDistortionModelNames + kNumDistortionModels)));
   command->add_flag("--free-k3", options->free_k3, "Estimate k3 (r^6) too; for wide lenses seen to their rim");
-  command->add_flag("--no-distortion", options->hold_distortion, "Hold k1, k2, p1, p2 and k3 at 0");
+  command->add_flag("--no-distortion", options->hold_distortion, "Hold all distortion coefficients at 0");
   command->add_flag("--centred", options->hold_centre, "Hold the principal point at the image's centre");
   command->add_flag("--trust-lines", options->trust_lines,
                     "With --observations: use all lines, also those that do not fit the others");

@@ -18,6 +18,7 @@ struct CalibrateOptions {
   std::string target;
   std::string sensor;
   std::string out;
+  std::string distortion = kDistortionModelNames[0];
   bool free_k3 = false;
   bool hold_distortion = false;
   bool hold_centre = false;

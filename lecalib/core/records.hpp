@@ -75,11 +75,23 @@ struct Pose {
 /// Number of intrinsics, in the order fx fy cx cy k1 k2 p1 p2 k3.
 inline constexpr std::size_t kNumIntrinsics = 9;
 
-/// Pinhole with Brown's distortion, ideal to distorted, OpenCV's names. [Liu24] eq. 8 calls (p1, p2, k3) (k3, k4, k5).
+/// How a lens moves a point at the ideal radius r (normalised coordinates) to the distorted radius r_d. Barrel
+/// distortion has k1 < 0 in Brown's and in the division model, k1 > 0 in the polynomial.
+enum class DistortionModel : std::uint8_t {
+  brown,       ///< r_d = r (1 + k1 r^2 + k2 r^4 + k3 r^6), and tangential terms p1, p2
+  polynomial,  ///< r = r_d (1 + k1 r_d^2 + k2 r_d^4 + k3 r_d^6)
+  division,    ///< r = r_d / (1 + k1 r_d^2), Fitzgibbon's
+};
+inline constexpr std::size_t kNumDistortionModels = 3;
+inline constexpr const char* kDistortionModelNames[kNumDistortionModels] = {"brown", "polynomial", "division"};
+
+/// Pinhole with distortion; Brown's is ideal to distorted, with OpenCV's names. [Liu24] eq. 8 calls (p1, p2, k3)
+/// (k3, k4, k5). Coefficients that the model does not have are 0.
 struct Camera {
   std::uint16_t width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
+  DistortionModel model = DistortionModel::brown;
 };
 
 /// The intrinsics by index, for loops over parameters: camera.*kIntrinsics[i].
@@ -87,6 +99,12 @@ inline constexpr double Camera::*kIntrinsics[kNumIntrinsics] = {&Camera::fx, &Ca
                                                                 &Camera::cy, &Camera::k1, &Camera::k2,
                                                                 &Camera::p1, &Camera::p2, &Camera::k3};
 inline constexpr const char* kIntrinsicNames[kNumIntrinsics] = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
+
+/// Which intrinsics a camera of each model has.
+inline constexpr bool kHasIntrinsic[kNumDistortionModels][kNumIntrinsics] = {
+    {true, true, true, true, true, true, true, true, true},
+    {true, true, true, true, true, true, false, false, true},
+    {true, true, true, true, true, false, false, false, false}};
 
 /// A measured point on the image of model line `line`; only its position across the line counts.
 struct LinePoint {

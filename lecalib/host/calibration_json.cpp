@@ -27,7 +27,7 @@ void write_camera(JsonWriter* json, const CameraReport& report) {
   json->member("name", report.name);
   json->member("width", report.camera.width);
   json->member("height", report.camera.height);
-  json->member("model", "brown");
+  json->member("model", kDistortionModelNames[static_cast<std::size_t>(report.camera.model)]);
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) json->member(kIntrinsicNames[i], report.camera.*kIntrinsics[i]);
   json->key("sigma");
   json->begin_object();

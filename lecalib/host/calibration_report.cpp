@@ -115,7 +115,13 @@ std::string calibration_text(const CalibrationReport& report) {
   for (const CameraReport& entry : report.cameras) {
     text += entry.name + ", " + std::to_string(entry.camera.width) + "x" + std::to_string(entry.camera.height) +
             " px, one sigma behind +-\n";
-    for (std::size_t i = 0; i < kNumIntrinsics; ++i) text += parameter_text(entry, i);
+    const auto model = static_cast<std::size_t>(entry.camera.model);
+    if (entry.camera.model != DistortionModel::brown) {
+      text += std::string("  distortion: ") + kDistortionModelNames[model] + "\n";
+    }
+    for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
+      if (kHasIntrinsic[model][i]) text += parameter_text(entry, i);
+    }
     text += "  rms " + fixed(entry.rms_px, 3) + " px over " + std::to_string(report.views.size()) + " views\n";
     if (!entry.assumed.empty()) text += "  assumed: " + joined(entry.assumed) + "\n";
   }

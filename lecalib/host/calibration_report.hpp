@@ -78,7 +78,8 @@ std::string calibration_json(const CalibrationReport& report);
 
 /// The first camera in the layout of OpenCV's calibration sample, for cv::FileStorage: camera_matrix,
 /// distortion_coefficients (k1 k2 p1 p2 k3), extrinsic_parameters (one row rvec | tvec per view, world to camera), ...
-/// It has no calibration_time: the same input gives the same bytes.
+/// OpenCV knows Brown's model alone: of another one the Brown coefficients nearest to it over the image are written,
+/// and a comment says so and how far they are off. It has no calibration_time: the same input gives the same bytes.
 std::string calibration_opencv_yaml(const CalibrationReport& report);
 
 }  // namespace lecalib::host

@@ -4,6 +4,7 @@
 
 #include "lecalib/host/calibration_report.hpp"
 #include "lecalib/host/text.hpp"
+#include "lecalib/math/distortion_fit.hpp"
 
 namespace lecalib::host {
 namespace {
@@ -50,7 +51,8 @@ std::array<double, 3> rotation_vector(const double* R) {
 
 std::string calibration_opencv_yaml(const CalibrationReport& report) {
   const CameraReport entry = report.cameras.empty() ? CameraReport() : report.cameras.front();
-  const Camera& c = entry.camera;
+  const double radius = image_radius(entry.camera);
+  const Camera c = in_model(entry.camera, DistortionModel::brown, radius, 3);
   std::vector<double> view_rms;
   std::vector<double> extrinsics;
   for (const ViewReport& view : report.views) {
@@ -64,6 +66,12 @@ std::string calibration_opencv_yaml(const CalibrationReport& report) {
   text += "image_width: " + std::to_string(c.width) + "\n";
   text += "image_height: " + std::to_string(c.height) + "\n";
   text += matrix("camera_matrix", 3, 3, {c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1});
+  if (entry.camera.model != DistortionModel::brown) {
+    text += std::string("# the camera's model is '") +
+            kDistortionModelNames[static_cast<std::size_t>(entry.camera.model)] +
+            "', which OpenCV does not have: Brown's coefficients nearest to it, off by " +
+            fixed(largest_difference_px(entry.camera, c, radius), 3) + " px at most within the image\n";
+  }
   text += matrix("distortion_coefficients", 5, 1, {c.k1, c.k2, c.p1, c.p2, c.k3});
   text += "avg_reprojection_error: " + real(entry.rms_px) + "\n";
   if (!report.views.empty()) {

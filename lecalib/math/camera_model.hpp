@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-/// The camera of core/records.hpp: pinhole with Brown's distortion, ideal to distorted ([Liu24] eq. 8). With
-/// x = X/Z, y = Y/Z, r2 = x^2 + y^2:
+/// The camera of core/records.hpp: pinhole with distortion, ideal to distorted ([Liu24] eq. 8). With x = X/Z, y = Y/Z,
+/// r2 = x^2 + y^2 and the radial factor f(r2) = r_d / r of the camera's model (math/radial_curve.hpp):
 ///
-///     x_d = x (1 + k1 r2 + k2 r2^2 + k3 r2^3) + 2 p1 x y + p2 (r2 + 2 x^2),   u = fx x_d + cx
-///     y_d = y (1 + k1 r2 + k2 r2^2 + k3 r2^3) + 2 p2 x y + p1 (r2 + 2 y^2),   v = fy y_d + cy
+///     x_d = x f(r2) + 2 p1 x y + p2 (r2 + 2 x^2),   u = fx x_d + cx
+///     y_d = y f(r2) + 2 p2 x y + p1 (r2 + 2 y^2),   v = fy y_d + cy
 ///
-/// The radial part only grows out to the radius where d(r_d)/dr = 0; beyond it the image folds back over itself. No
-/// function here returns a point of the folded branch.
+/// The radial curve has an end, where the image folds back over itself (Brown) or nothing more is seen (the inverse
+/// models). No function here returns a point of the folded branch.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +14,7 @@
 
 #include "lecalib/core/records.hpp"
 #include "lecalib/math/eigen.hpp"
+#include "lecalib/math/radial_curve.hpp"
 
 namespace lecalib {
 
@@ -21,34 +22,6 @@ using Mat2 = Eigen::Matrix2d;
 using Mat23 = Eigen::Matrix<double, 2, 3>;
 using Mat25 = Eigen::Matrix<double, 2, 5>;
 using Mat29 = Eigen::Matrix<double, 2, 9>;
-
-/// What valid_radius() returns where the radial polynomial never folds; nobody looks further than 89.9 degrees aside.
-inline constexpr double kUnboundedRadius = 1e3;
-
-/// Largest ideal radius |(x, y)| of the un-folded branch: the smallest r > 0 with d(r_d)/dr = 0 (p1, p2 left aside).
-double valid_radius(const Camera& camera);
-
-/// The smallest r > 0 with d(r_d)/dr = slope, in [0, 1); kUnboundedRadius where there is none.
-double radius_of_slope(const Camera& camera, double slope);
-
-/// The radial factor of the distortion and its derivative by the squared ideal radius q.
-struct RadialFactor {
-  double value;
-  double by_q;
-};
-
-inline RadialFactor radial_at(const Camera& c, double q) {
-  return {1.0 + q * (c.k1 + q * (c.k2 + q * c.k3)), c.k1 + q * (2.0 * c.k2 + q * 3.0 * c.k3)};
-}
-
-/// The same with the radial curve going on straight, with `slope`, from the radius `knee` on, where its own slope has
-/// fallen to that: a curve without a fold, for searches on the way to a camera whose points all lie inside.
-inline RadialFactor radial_at(const Camera& c, double q, double knee, double slope) {
-  if (!(q > knee * knee)) return radial_at(c, q);
-  const double r = std::sqrt(q);
-  const double value = (knee * radial_at(c, knee * knee).value + slope * (r - knee)) / r;
-  return {value, (slope - value) / (2.0 * q)};
-}
 
 /// The image of an ideal point whose radial factor is at hand, normalised coordinates.
 inline Vec2 distorted_point(const Camera& c, const Vec2& ideal, const RadialFactor& radial) {
@@ -69,16 +42,17 @@ inline Vec2 distorted_motion(const Camera& c, const Vec2& ideal, const RadialFac
 
 /// weight . d(image)/d(k1 k2 p1 p2 k3), image in normalised coordinates.
 /// @param knee radius from which on the radial curve is taken to go on straight, as radial_at() with a knee does
-inline Eigen::Matrix<double, 1, 5> distortion_gradient(const Vec2& ideal, const Vec2& weight,
+inline Eigen::Matrix<double, 1, 5> distortion_gradient(const Camera& c, const Vec2& ideal, const Vec2& weight,
                                                        double knee = kUnboundedRadius) {
   const double x = ideal(0), y = ideal(1);
   const double q = x * x + y * y, xy2 = 2.0 * x * y;
   const double q_bent = std::min(q, knee * knee);  // the curve's bent part ends there
-  double along = (weight(0) * x + weight(1) * y) * q_bent;
+  double along = weight(0) * x + weight(1) * y;
   if (q_bent < q) along *= std::sqrt(q_bent / q);
+  const Vec3 radial = along * radial_gradient(c, q_bent);
   Eigen::Matrix<double, 1, 5> gradient;
-  gradient << along, along * q_bent, weight(0) * xy2 + weight(1) * (q + 2.0 * y * y),
-      weight(0) * (q + 2.0 * x * x) + weight(1) * xy2, along * q_bent * q_bent;
+  gradient << radial(0), radial(1), weight(0) * xy2 + weight(1) * (q + 2.0 * y * y),
+      weight(0) * (q + 2.0 * x * x) + weight(1) * xy2, radial(2);
   return gradient;
 }
 
@@ -101,10 +75,5 @@ bool unproject(const Camera& camera, const Vec2& pixel, Vec2* ideal);
 
 /// As above, for loops that hold `radius_limit` = valid_radius(camera).
 bool unproject(const Camera& camera, double radius_limit, const Vec2& pixel, Vec2* ideal);
-
-/// The ideal radius in [0, radius_limit] whose distorted radius is `distorted_radius` (p1, p2 left aside);
-/// radius_limit, at most valid_radius(), where it lies beyond.
-/// @param tolerance relative, of the last Newton step
-double undistort_radius(const Camera& camera, double distorted_radius, double radius_limit, double tolerance = 1e-15);
 
 }  // namespace lecalib

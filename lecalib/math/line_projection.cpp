@@ -45,7 +45,7 @@ Vec2 image_motion(const Camera& c, const Candidate& at, const Vec2& direction) {
 
 void evaluate(const Camera& c, const IdealLine& line, double s, const Vec2& pixel, Candidate* out) {
   out->ideal = line.origin + s * line.direction;
-  out->radial = radial_at(c, out->ideal.squaredNorm(), line.knee, kKneeSlope);
+  out->radial = radial_at(c, out->ideal.squaredNorm(), line.knee);
   out->distorted = distorted_point(c, out->ideal, out->radial);
   out->offset_px = Vec2(c.fx * out->distorted(0) + c.cx - pixel(0), c.fy * out->distorted(1) + c.cy - pixel(1));
   out->tangent_px = image_motion(c, *out, line.direction);
@@ -54,7 +54,7 @@ void evaluate(const Camera& c, const IdealLine& line, double s, const Vec2& pixe
 /// Where the roughly un-distorted pixel faces the line.
 double starting_parameter(const Camera& camera, const IdealLine& line, const Vec2& pixel) {
   const Vec2 distorted((pixel(0) - camera.cx) / camera.fx, (pixel(1) - camera.cy) / camera.fy);
-  const double factor = std::clamp(radial_at(camera, distorted.squaredNorm()).value, kMinStartFactor, kMaxStartFactor);
+  const double factor = std::clamp(factor_seen_at(camera, distorted.squaredNorm()), kMinStartFactor, kMaxStartFactor);
   return line.direction.dot(distorted) / factor;
 }
 
@@ -167,7 +167,7 @@ bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine
   out->d_intrinsics(2) = -normal(0);
   out->d_intrinsics(3) = -normal(1);
   out->d_intrinsics.tail<5>() =
-      -distortion_gradient(best.ideal, Vec2(normal(0) * camera.fx, normal(1) * camera.fy), ideal.knee);
+      -distortion_gradient(camera, best.ideal, Vec2(normal(0) * camera.fx, normal(1) * camera.fy), ideal.knee);
   return true;
 }
 

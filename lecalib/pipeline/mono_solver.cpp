@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lecalib/math/distortion_fit.hpp"
+
 namespace lecalib {
 namespace {
 
@@ -109,7 +111,7 @@ void MonoSolver::begin_refinement(const Camera& camera) {
   RefineOptions refine = options_.refine;
   refine.loss = Loss::squared;
   refine.decrease_tolerance = std::max(refine.decrease_tolerance, kSquaresTolerance);
-  Camera start = camera;
+  Camera start = in_model(camera, policy_.model, image_radius(camera), options_.policy.free_k3 ? 3 : 2);
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     if (!policy_.free[i]) start.*kIntrinsics[i] = policy_.prior_mean[i];
   }

@@ -30,10 +30,10 @@ struct CalibrationResult {
   Camera camera;
   double sigma[kNumIntrinsics] = {};                        ///< one sigma; 0 for a held parameter
   double covariance[kNumIntrinsics * kNumIntrinsics] = {};  ///< of the intrinsics, poses marginalised
-  bool assumed[kNumIntrinsics] = {};                        ///< held, or known no better than from the prior
-  double rms_px = 0.0;                                      ///< of the point distances, unweighted, over all views used
-  double chi2_per_dof = 0.0;  ///< weighted squares over degrees of freedom; 1 where the given sigmas are true
-  double condition = 0.0;     ///< of the unit-diagonal information matrix of the free intrinsics
+  bool assumed[kNumIntrinsics] = {};  ///< held, or known no better than from the prior; not what the model has not
+  double rms_px = 0.0;                ///< of the point distances, unweighted, over all views used
+  double chi2_per_dof = 0.0;          ///< weighted squares over degrees of freedom; 1 where the given sigmas are true
+  double condition = 0.0;             ///< of the unit-diagonal information matrix of the free intrinsics
   int iterations = 0;
   StopReason reason = StopReason::none;
   std::uint32_t points = 0;       ///< of the views used

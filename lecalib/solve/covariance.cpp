@@ -88,7 +88,8 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
     const auto k = static_cast<Eigen::Index>(i);
     const double sigma = std::sqrt(covariance(k, k));
     const bool rests_on_prior = policy.prior_sd[i] > 0.0 && sigma > options.assumed_share * policy.prior_sd[i];
-    result->assumed[i] = !policy.free[i] || policy.assumed[i] || rests_on_prior;
+    result->assumed[i] = kHasIntrinsic[static_cast<std::size_t>(policy.model)][i] &&
+                         (!policy.free[i] || policy.assumed[i] || rests_on_prior);
     result->sigma[i] = sigma;
   }
   Eigen::Map<RowMat9>(result->covariance) = covariance;

@@ -19,6 +19,7 @@ void set_prior(ParameterPolicy* policy, int i, double mean, double sd) {
 ParameterPolicy choose_policy(std::uint16_t width, std::uint16_t height, ViewGeometry geometry, std::size_t num_views,
                               const PolicyOptions& options) {
   ParameterPolicy policy;
+  policy.model = options.model;
   for (const int i : {kFx, kFy}) set_prior(&policy, i, kUsualFocalLength * width, options.focal_sd * width);
   const double share = geometry == ViewGeometry::spatial ? options.spatial_centre_sd : options.planar_centre_sd;
   set_prior(&policy, kCx, 0.5 * (width - 1), share * width);
@@ -37,6 +38,9 @@ ParameterPolicy choose_policy(std::uint16_t width, std::uint16_t height, ViewGeo
         options.free_distortion && options.tangential_sd > 0.0 && num_views >= options.min_tangential_views;
   }
   policy.free[kK3] = options.free_distortion && options.free_k3;
+  for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
+    policy.free[i] = policy.free[i] && kHasIntrinsic[static_cast<std::size_t>(options.model)][i];
+  }
   return policy;
 }
 

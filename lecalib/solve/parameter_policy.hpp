@@ -10,6 +10,10 @@
 /// | p1, p2    | from 3 views | 0 +- 0.001: a lens is centred on its sensor to about that; else held at 0             |
 /// | k3        | no           | held at 0: it mimics k2 unless points reach far out                                   |
 ///
+/// The polynomial, from distorted to ideal, has k1, k2 and k3, the division model has k1 alone, and neither has p1, p2.
+/// Their priors are the same: lenses between the rectilinear and the equidistant one have k1 of either sign up to 1/3
+/// and, in the polynomial, k2 of 0 to 0.13.
+///
 /// In one view a decentred lens and a turned camera look almost the same: p1, p2 would cost the rotation a quarter of
 /// its accuracy for what is mostly zero. The two ends of one window are one look in this respect, hence three views.
 ///
@@ -28,6 +32,7 @@ using Vec9 = Eigen::Matrix<double, 9, 1>;
 
 /// What is held and assumed, per intrinsic in the order of kIntrinsics.
 struct ParameterPolicy {
+  DistortionModel model = DistortionModel::brown;
   bool free[kNumIntrinsics] = {true, true, true, true, true, true, true, true, false};
   double prior_mean[kNumIntrinsics] = {};
   double prior_sd[kNumIntrinsics] = {};  ///< 0: no prior
@@ -37,6 +42,7 @@ struct ParameterPolicy {
 
 /// Knobs of the default policy; the comments above give the reasons.
 struct PolicyOptions {
+  DistortionModel model = DistortionModel::brown;
   double planar_centre_sd = 0.05;        ///< of the width, > 0
   double spatial_centre_sd = 0.20;       ///< of the width, > 0
   double focal_sd = 2.0;                 ///< of the width, about 0.8 widths (64 degrees of view); 0: no prior

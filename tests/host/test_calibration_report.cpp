@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -108,6 +109,40 @@ TEST_CASE("the OpenCV file holds camera, distortion and poses in OpenCV's order"
   const auto pose = matrix(yaml, "extrinsic_parameters");
   const double expected[] = {0.3, 0, 0.4, 0.5, -1.5, 2.0};
   for (std::size_t i = 0; i < 6; ++i) CHECK(pose[i] == doctest::Approx(expected[i]).epsilon(1e-12));
+}
+
+TEST_CASE("OpenCV's file has the Brown coefficients nearest to another model, and says how far they are off") {
+  CHECK(calibration_opencv_yaml(example()).find("nearest") == std::string::npos);
+  for (const DistortionModel model : {DistortionModel::polynomial, DistortionModel::division}) {
+    CalibrationReport report = example();
+    Camera& camera = report.cameras[0].camera;
+    camera.model = model;
+    camera.k1 = model == DistortionModel::division ? -0.2 : 0.2;
+    camera.k2 = camera.p1 = camera.p2 = camera.k3 = 0.0;
+    const std::string yaml = calibration_opencv_yaml(report);
+    const std::string name = kDistortionModelNames[static_cast<std::size_t>(model)];
+    CHECK(yaml.find("'" + name + "', which OpenCV does not have") != std::string::npos);
+    const std::size_t said = yaml.find("off by ");
+    REQUIRE(said != std::string::npos);
+    const double off_px = std::stod(yaml.substr(said + 7));
+    CHECK(off_px < 0.5);
+    const auto k = matrix(yaml, "distortion_coefficients");
+    double largest_px = 0.0;
+    for (double r_d = 0.0; r_d < 0.99; r_d += 0.01) {  // the corner lies at 0.999
+      const double q = r_d * r_d;
+      const double r = model == DistortionModel::division ? r_d / (1.0 - 0.2 * q) : r_d * (1.0 + 0.2 * q);
+      const double s = r * r;
+      const double brown = r * (1.0 + s * (k[0] + s * (k[1] + s * k[4])));
+      largest_px = std::max(largest_px, 401.0 * std::abs(brown - r_d));
+    }
+    CHECK(largest_px <= off_px + 0.02);
+    CHECK(k[2] == 0.0);
+    CHECK(k[3] == 0.0);
+    CHECK(calibration_json(report).find("\"model\": \"" + name + "\"") != std::string::npos);
+    const std::string text = calibration_text(report);
+    CHECK(text.find("distortion: " + name) != std::string::npos);
+    CHECK(text.find("p1") == std::string::npos);
+  }
 }
 
 TEST_CASE("rotation vectors are right for all axes, for tiny angles and near pi") {

@@ -81,6 +81,33 @@ TEST_CASE("lecalib calibrate: points without noise give the camera they came fro
   CHECK(json["diagnostics"]["counts"]["points"] == 4 * 12 * 3);
 }
 
+TEST_CASE("lecalib calibrate: --distortion names the model, and k3 goes only with those that have it") {
+  const TemporaryFolder folder;
+  const auto box = make_target("box:0.4x0.3x0.25");
+  REQUIRE(box.ok());
+  REQUIRE_FALSE(write_file(folder / "o.csv", box_observations(box.value())));
+  const auto with = [&](std::initializer_list<std::string> more) {
+    std::vector<std::string> all = {"calibrate", "--observations", folder / "o.csv", "--target",    "box:0.4x0.3x0.25",
+                                    "--sensor",  "640x480",        "--out",          folder / "out"};
+    all.insert(all.end(), more);
+    return run_lecalib(all);
+  };
+  for (const char* model : {"brown", "polynomial", "division"}) {
+    const CommandRun run = with({"--distortion", model});
+    CHECK(run.err == "");
+    REQUIRE(run.exit_code == 0);
+    const auto camera = json_of(folder / "out/calibration.json")["cameras"].at(0);
+    CHECK(camera["model"] == model);
+    CHECK(std::abs(camera["fx"].get<double>() - kFocal) < 1e-3);
+    CHECK(std::abs(camera["k1"].get<double>()) < 1e-4);
+  }
+  CHECK(with({"--distortion", "polynomial", "--free-k3"}).exit_code == 0);
+  const CommandRun division = with({"--distortion", "division", "--free-k3"});
+  CHECK(division.exit_code != 0);
+  CHECK(division.err.find("--free-k3 does not go with --distortion division") != std::string::npos);
+  CHECK(with({"--distortion", "fisheye"}).exit_code != 0);
+}
+
 TEST_CASE("lecalib calibrate: a line of another name is left out and told, and kept with --trust-lines") {
   const TemporaryFolder folder;
   const auto box = make_target("box:0.4x0.3x0.25");

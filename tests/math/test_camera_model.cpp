@@ -49,10 +49,11 @@ TEST_CASE("project has the formula of design section 4") {
   CHECK((behind - pixel).norm() == 0.0);
 }
 
-TEST_CASE("the Jacobians of project are those of central differences") {
+TEST_CASE("the Jacobians of project are those of central differences, for all models") {
   Rng rng(8);
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < 300; ++i) {
     Camera c = make_camera(-0.15, 0.03, 2e-3, -1e-3, -0.01);
+    c.model = static_cast<DistortionModel>(i % 3);
     const double z = i % 4 == 0 ? -3.0 : 2.0;
     const double px = rng.uniform(-0.7, 0.7);
     const double py = rng.uniform(-0.7, 0.7);
@@ -136,6 +137,26 @@ TEST_CASE("unproject inverts project inside 0.98 of the valid radius, with and w
     REQUIRE(project(c, Vec3(ideal(0), ideal(1), 1.0), &pixel));
     REQUIRE(unproject(c, pixel, &back));
     CHECK((back - ideal).norm() < 1e-11);
+  }
+}
+
+TEST_CASE("unproject inverts project to 1e-12 over the domain of the inverse models, right to its end") {
+  Rng rng(14);
+  for (int i = 0; i < 2000; ++i) {
+    const double k1 = rng.uniform(-0.5, 0.5);
+    const double k2 = i % 2 == 0 ? 0.0 : rng.uniform(-0.2, 0.2);
+    Camera c = make_camera(k1, k2, 0.0, 0.0, 0.0);
+    c.model = i % 2 == 0 ? DistortionModel::division : DistortionModel::polynomial;
+    const double end = valid_radius(c);
+    const double r = std::min(3.0, end) * (i % 3 == 0 ? 1.0 - 1e-6 * rng.uniform() : rng.uniform());
+    const double angle = rng.uniform(-3.2, 3.2);
+    const Vec2 ideal(r * std::cos(angle), r * std::sin(angle));
+    Vec2 pixel;
+    Vec2 back(9.0, 9.0);
+    REQUIRE(project(c, Vec3(ideal(0), ideal(1), 1.0), &pixel));
+    REQUIRE(unproject(c, pixel, &back));
+    CHECK((back - ideal).norm() < 1e-12 * (1.0 + r));
+    if (end < kUnboundedRadius) CHECK_FALSE(project(c, Vec3(1.0001 * end, 0.0, 1.0), &pixel));
   }
 }
 

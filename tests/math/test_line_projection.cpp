@@ -36,9 +36,11 @@ struct Scene {
 double draw(Rng& rng, double low, double high) { return rng.uniform(low, high); }
 
 /// A line whose two defining points have the given depths; negative ones put them behind the camera.
-Scene random_scene(Rng& rng, double depth_p, double depth_q, double distance_px) {
+Scene random_scene(Rng& rng, double depth_p, double depth_q, double distance_px,
+                   DistortionModel model = DistortionModel::brown) {
   Scene s;
   s.camera = make_camera(-0.12, 0.02, 1e-3, -5e-4, 0.003);
+  s.camera.model = model;
   Vec3 w;
   for (int k = 0; k < 3; ++k) w(k) = draw(rng, -1.0, 1.0);
   s.R = so3_exp(w);
@@ -84,10 +86,10 @@ double scanned_distance(const Scene& s) {
   return distance(0.5 * (low + high));
 }
 
-TEST_CASE("the residual is the distance to the line's image") {
+TEST_CASE("the residual is the distance to the line's image, for all models") {
   Rng rng(11);
-  for (int i = 0; i < 60; ++i) {
-    const Scene s = random_scene(rng, 4.0, 6.0, 5.0);
+  for (int i = 0; i < 90; ++i) {
+    const Scene s = random_scene(rng, 4.0, 6.0, 5.0, static_cast<DistortionModel>(i % 3));
     LineResidual residual;
     const CameraLine line = line_in_camera(s.R, s.t, s.line);
     REQUIRE(line_residual(s.camera, valid_radius(s.camera), line, s.pixel, &residual));
@@ -100,11 +102,11 @@ TEST_CASE("the residual is the distance to the line's image") {
   }
 }
 
-TEST_CASE("the derivatives are those of central differences, in front of and behind the camera") {
+TEST_CASE("the derivatives are those of central differences, in front of and behind the camera, for all models") {
   Rng rng(12);
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < 300; ++i) {
     const double depth_q = i % 3 == 0 ? -6.0 : 6.0;
-    const Scene s = random_scene(rng, i % 5 == 0 ? -4.0 : 4.0, depth_q, 2.0);
+    const Scene s = random_scene(rng, i % 5 == 0 ? -4.0 : 4.0, depth_q, 2.0, static_cast<DistortionModel>(i / 100));
     const double limit = valid_radius(s.camera);
     LineResidual residual;
     REQUIRE(line_residual(s.camera, limit, line_in_camera(s.R, s.t, s.line), s.pixel, &residual));
