@@ -110,7 +110,7 @@ void calibrate_events(const CalibrateOptions& options, const host::Model& model,
   report->diagnostics.cpu_ms.push_back({"match_and_solve", milliseconds(thread_cpu_ns() - begin_ns)});
   CalibrationResult result;
   result.status = calibrator.result(&result);
-  add_result(result, calibrator.views(), {}, report);
+  add_result(result, calibrator.views(), {}, model.names, report);
 }
 
 }  // namespace lecalib::command

@@ -36,7 +36,7 @@ void calibrate_observations(const CalibrateOptions& options, const host::Model& 
   }
   CalibrationResult result = solver.result();
   result.status = status;
-  host::add_result(result, observations.views, observations.view_names, report);
+  host::add_result(result, observations.views, observations.view_names, model.names, report);
   report->diagnostics.cpu_ms.push_back({"solve", static_cast<double>(host::thread_cpu_ns() - begin_ns) * 1e-6});
 }
 

@@ -46,8 +46,18 @@ void write_camera(JsonWriter* json, const CameraReport& report) {
   json->end();
 }
 
-void write_view(JsonWriter* json, const ViewReport& view) {
+void write_line(JsonWriter* json, const LineReport& line) {
   json->begin_object(Layout::one_line);
+  json->member("line", line.name);
+  json->member("points", line.points);
+  json->member("mean_px", line.mean_px);
+  json->member("rms_px", line.rms_px);
+  if (line.left_out) json->member("left_out", true);
+  json->end();
+}
+
+void write_view(JsonWriter* json, const ViewReport& view) {
+  json->begin_object();
   if (!view.label.empty()) json->member("name", view.label);
   json->member("t_us", view.t_us);
   json->key("R_cam_world");
@@ -56,6 +66,17 @@ void write_view(JsonWriter* json, const ViewReport& view) {
   json->numbers(view.T_cam_world.t);
   json->member("lines", view.lines);
   json->member("rms_px", view.rms_px);
+  json->key("sigma");
+  json->begin_object(Layout::one_line);
+  json->key("rotation_rad");
+  json->numbers(Span<const double>(view.sigma.data(), 3));
+  json->key("t_cam_world_m");
+  json->numbers(Span<const double>(view.sigma.data() + 3, 3));
+  json->end();
+  json->key("line_residuals");
+  json->begin_array();
+  for (const LineReport& line : view.line_residuals) write_line(json, line);
+  json->end();
   json->end();
 }
 

@@ -2,6 +2,7 @@
 #include "lecalib/host/calibration_report.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "lecalib/host/text.hpp"
 
@@ -43,7 +44,7 @@ std::string parameter_text(const CameraReport& entry, std::size_t i) {
 }  // namespace
 
 void add_result(const CalibrationResult& result, Span<const View> views, const std::vector<std::string>& view_names,
-                CalibrationReport* report) {
+                const std::vector<std::string>& line_names, CalibrationReport* report) {
   report->status = result.status;
   Diagnostics& diagnostics = report->diagnostics;
   diagnostics.reason = explanation(result.status, result.parameter);
@@ -72,7 +73,13 @@ void add_result(const CalibrationResult& result, Span<const View> views, const s
     const ViewResult& view = result.views[i];
     if (!view.used) continue;
     const std::string label = view_names.empty() ? std::string() : view_names[i];
-    report->views.push_back({label, views[i].t_us, view.T_cam_world, view.lines, view.rms_px});
+    ViewReport entry{label, views[i].t_us, view.T_cam_world, view.lines, view.rms_px, {}, {}};
+    for (std::size_t k = 0; k < entry.sigma.size(); ++k) entry.sigma[k] = std::sqrt(view.covariance[7 * k]);
+    for (const ViewLineResult& line : view.residuals) {
+      entry.line_residuals.push_back({line_names[line.line], line.points, static_cast<double>(line.mean_px),
+                                      static_cast<double>(line.rms_px), line.left_out});
+    }
+    report->views.push_back(entry);
   }
 }
 

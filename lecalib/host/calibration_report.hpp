@@ -23,12 +23,24 @@ struct CameraReport {
   std::vector<std::string> assumed;  ///< intrinsics that were held, or that rest on what was assumed beforehand
 };
 
+/// How the points of one line lie in a view, px; positive on the left of the way from the line's first end to its
+/// second.
+struct LineReport {
+  std::string name;
+  std::uint32_t points = 0;
+  double mean_px = 0;
+  double rms_px = 0;
+  bool left_out = false;  ///< it did not fit the others
+};
+
 struct ViewReport {
   std::string label;  ///< the view's name in a list of observations; may be empty
   std::int64_t t_us = 0;
   Pose T_cam_world;
   std::uint32_t lines = 0;
   double rms_px = 0;
+  std::array<double, 6> sigma = {};  ///< one sigma: of turns about the camera's axes, rad, and of t_cam_world, metres
+  std::vector<LineReport> line_residuals;
 };
 
 struct NamedCount {
@@ -63,8 +75,9 @@ struct CalibrationReport {
 /// Takes over what a solver found: status, the camera and the views used (only when the status is ok), and why.
 /// @param views       the views given to the solver, for their times; as many as result.views
 /// @param view_names  their labels, or empty
+/// @param line_names  of the model's lines
 void add_result(const CalibrationResult& result, Span<const View> views, const std::vector<std::string>& view_names,
-                CalibrationReport* report);
+                const std::vector<std::string>& line_names, CalibrationReport* report);
 
 /// One plain sentence: what a status means for somebody who calibrates a camera, and what to do about it.
 /// @param parameter index of the intrinsic it is about, or kNoParameter

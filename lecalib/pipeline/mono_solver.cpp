@@ -60,6 +60,7 @@ Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& op
   const std::size_t views = data.views.size();
   if (workspace.guess.views.size() < views || workspace.guess.linear.size() < views ||
       workspace.guess.focal_lengths.size() < views || workspace.results.size() < views ||
+      workspace.line_results.size() < max_line_results({views, data.points.size(), data.model.size()}) ||
       workspace.guess.moments.size() < data.model.size() || workspace.guess.lines.size() < data.model.size() ||
       workspace.chosen.size() < data.model.size() || workspace.left_out.size() < data.points.size() ||
       workspace.residuals.size() < data.points.size() || workspace.feet.size() < data.points.size() ||
@@ -312,14 +313,15 @@ bool MonoSolver::sort_view(std::size_t index, Span<const float> standardised, do
 }
 
 /// Covariance and plausibility. A refinement that crawls along a valley has not failed, its parameter is undetermined.
-Status MonoSolver::judge(Status status, CalibrationResult* result) const {
+Status MonoSolver::judge(Status status, CalibrationResult* result) {
+  spread_ = {};
   if (status == Status::numerical_failure) {
     // Singular equations are the arrangement's fault; only values that are not finite are arithmetic's.
     ReducedSystem system;
     return std::isfinite(refiner_.cost()) && !refiner_.reduced_system(&system) ? Status::degenerate_geometry : status;
   }
   const Status covariance = compute_covariance(refiner_, policy_, options_.covariance, views_used_,
-                                               workspace_.responses.first(data_.model.size()), result);
+                                               workspace_.responses.first(data_.model.size()), result, &spread_);
   if (covariance != Status::ok) return covariance;
   const Status plausible = check_plausibility(data_, workspace_.guess.views, options_.plausibility, result);
   return status == Status::ok || plausible == Status::undetermined ? plausible : status;
@@ -348,14 +350,53 @@ void MonoSolver::summarise(CalibrationResult* result) {
 
 void MonoSolver::summarise_views(CalibrationResult* result) {
   result->views = workspace_.results;
+  Span<ViewLineResult> free = workspace_.line_results;
   for (std::size_t v = 0; v < data_.views.size(); ++v) {
     const View& span = data_.views[v];
     const RefineView& view = workspace_.guess.views[v];
-    const double rms_px = view.used ? std::sqrt(squared_distances(span) / std::max(1.0, 1.0 * span.count)) : 0.0;
-    const std::size_t lines = count_lines(data_, span, workspace_.guess.moments);
-    workspace_.results[v] = {view.used ? view.pose : Pose(), rms_px, static_cast<std::uint32_t>(lines), span.count,
-                             view.used};
+    ViewResult& out = workspace_.results[v];
+    out = {};
+    out.lines = static_cast<std::uint32_t>(count_lines(data_, span, workspace_.guess.moments));
+    out.points = span.count;
+    out.used = view.used;
+    if (!view.used) continue;
+    out.T_cam_world = view.pose;
+    out.rms_px = std::sqrt(squared_distances(span) / std::max(1.0, static_cast<double>(points_in_use(span))));
+    const std::size_t lines = summarise_lines(span, free);
+    out.residuals = free.first(lines);
+    free = free.subspan(lines, free.size() - lines);
+    compute_pose_covariance(refiner_, options_.covariance, spread_, workspace_.responses.first(data_.model.size()), v,
+                            &out);
   }
+}
+
+/// Residuals by line of one view. @return how many lines there are
+std::size_t MonoSolver::summarise_lines(const View& view, Span<ViewLineResult> out) {
+  const Span<LineMoments> sums = workspace_.guess.moments;  // of the points in use; low, high and xy of those left out
+  for (LineMoments& sum : sums) sum = {};
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    LineMoments& sum = sums[data_.points[i].line];
+    const double distance_px = static_cast<double>(workspace_.residuals[i]) * data_.points[i].sigma_px;
+    const bool counts = !is_left_out(data_, i);
+    (counts ? sum.x : sum.low) += distance_px;
+    (counts ? sum.xx : sum.high) += distance_px * distance_px;
+    if (counts) {
+      ++sum.count;
+    } else {
+      sum.xy += 1.0;
+    }
+  }
+  std::size_t lines = 0;
+  for (std::size_t l = 0; l < sums.size(); ++l) {
+    const LineMoments& sum = sums[l];
+    const bool left_out = sum.count == 0;
+    const double count = left_out ? sum.xy : sum.count;
+    if (!(count > 0.0)) continue;
+    out[lines++] = {static_cast<std::uint32_t>(count), static_cast<float>((left_out ? sum.low : sum.x) / count),
+                    static_cast<float>(std::sqrt((left_out ? sum.high : sum.xx) / count)),
+                    static_cast<std::uint16_t>(l), left_out};
+  }
+  return lines;
 }
 
 /// Sum of a view's squared distances, px^2.

@@ -2,6 +2,7 @@
 /// From measured points on model lines to a calibrated camera: initial guess, refinement, covariance, verdict.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -44,14 +45,20 @@ struct MonoSolverCapacities {
 
 struct MonoSolverWorkspace {
   InitialGuessWorkspace guess;
-  Span<float> residuals;         ///< one per point, in sigmas
-  Span<float> sorted_residuals;  ///< one per point, scratch
-  Span<float> feet;              ///< one per point, scratch
-  Span<ViewResult> results;      ///< one per view
-  Span<std::uint8_t> left_out;   ///< one per point
-  Span<ViewLine> chosen;         ///< one per model line, scratch
-  Span<LineResponse> responses;  ///< one per model line
+  Span<float> residuals;              ///< one per point, in sigmas
+  Span<float> sorted_residuals;       ///< one per point, scratch
+  Span<float> feet;                   ///< one per point, scratch
+  Span<ViewResult> results;           ///< one per view
+  Span<ViewLineResult> line_results;  ///< see max_line_results()
+  Span<std::uint8_t> left_out;        ///< one per point
+  Span<ViewLine> chosen;              ///< one per model line, scratch
+  Span<LineResponse> responses;       ///< one per model line
 };
+
+/// Pairs of a view and a model line that is seen in it, at most.
+constexpr std::size_t max_line_results(const MonoSolverCapacities& c) {
+  return std::min(c.views * c.model_lines, c.points);
+}
 
 template <class Carver>
 constexpr bool carve(Carver& carver, const MonoSolverCapacities& capacities, MonoSolverWorkspace* out) {
@@ -61,8 +68,10 @@ constexpr bool carve(Carver& carver, const MonoSolverCapacities& capacities, Mon
          carver.carve(capacities.views, &out->guess.focal_lengths) &&
          carver.carve(capacities.views, &out->guess.views) && carver.carve(capacities.points, &out->residuals) &&
          carver.carve(capacities.points, &out->sorted_residuals) && carver.carve(capacities.points, &out->feet) &&
-         carver.carve(capacities.views, &out->results) && carver.carve(capacities.points, &out->left_out) &&
-         carver.carve(capacities.model_lines, &out->chosen) && carver.carve(capacities.model_lines, &out->responses);
+         carver.carve(capacities.views, &out->results) &&
+         carver.carve(max_line_results(capacities), &out->line_results) &&
+         carver.carve(capacities.points, &out->left_out) && carver.carve(capacities.model_lines, &out->chosen) &&
+         carver.carve(capacities.model_lines, &out->responses);
 }
 
 constexpr std::size_t required_bytes(const MonoSolverCapacities& capacities) {
@@ -117,9 +126,10 @@ class MonoSolver {
   double spread_of(Span<const float> residuals);
   [[nodiscard]] std::size_t points_in_use(const View& view) const;
   Status conclude(Status status);
-  Status judge(Status status, CalibrationResult* result) const;
+  Status judge(Status status, CalibrationResult* result);
   void summarise(CalibrationResult* result);
   void summarise_views(CalibrationResult* result);
+  std::size_t summarise_lines(const View& view, Span<ViewLineResult> out);
   [[nodiscard]] double squared_distances(const View& view) const;
   [[nodiscard]] bool keeps_enough_lines(const CalibrationResult& result) const;
 
@@ -131,6 +141,7 @@ class MonoSolver {
   LineRansac ransac_;
   Refiner refiner_;
   CalibrationResult result_;
+  IntrinsicSpread spread_ = {};
   double best_cost_ = 0.0;
   std::size_t views_used_ = 0;
   int attempts_ = 0;

@@ -10,13 +10,24 @@
 
 namespace lecalib {
 
+/// How the points of one model line lie in one view.
+struct ViewLineResult {
+  std::uint32_t points;   ///< in use; of a line left out, all
+  float mean_px, rms_px;  ///< of the distances, positive on the left of the way from p to q as seen in the image
+  std::uint16_t line;     ///< index into the model
+  bool left_out;          ///< found to be wrong
+};
+
 /// One view of a result.
 struct ViewResult {
   Pose T_cam_world;
-  double rms_px;        ///< of the point distances, unweighted
-  std::uint32_t lines;  ///< distinct model lines with a measured point
-  std::uint32_t points;
-  bool used;  ///< false: left out, the pose means nothing
+  double rms_px = 0;        ///< of the point distances, unweighted
+  std::uint32_t lines = 0;  ///< distinct model lines with a measured point in use
+  std::uint32_t points = 0;
+  bool used = false;  ///< false: left out, the pose means nothing
+  /// 6 x 6 of (w, t), rad and metres: w turns about the camera's axes, R = exp(w) R_true, and t is t_cam_world.
+  double covariance[36] = {};
+  Span<const ViewLineResult> residuals;  ///< by line, in the order of the model
 };
 
 /// Index that names no intrinsic.

@@ -6,6 +6,7 @@
 
 #include "lecalib/math/cholesky.hpp"
 #include "lecalib/math/jacobi_eigen.hpp"
+#include "lecalib/math/so3.hpp"
 
 namespace lecalib {
 namespace {
@@ -59,7 +60,8 @@ void hold(const ParameterPolicy& policy, Mat9* covariance) {
 }  // namespace
 
 Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy, const CovarianceOptions& options,
-                          std::size_t num_views_used, Span<LineResponse> responses, CalibrationResult* result) {
+                          std::size_t num_views_used, Span<LineResponse> responses, CalibrationResult* result,
+                          IntrinsicSpread* spread) {
   ReducedSystem system;
   if (!refiner.reduced_system(&system)) return Status::degenerate_geometry;
   Cholesky<9> factor;
@@ -75,14 +77,20 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
   result->chi2_per_dof = refiner.data_cost() / dof;
   const bool may_narrow = !options.trust_sigma && dof >= kMinScaleDof;
   // A scale from residuals is uncertain itself: errors over it are Student's, of variance dof / (dof - 2).
-  covariance *= may_narrow ? refiner.data_cost() / (dof - 2.0) : std::max(1.0, result->chi2_per_dof);
+  const double scale = may_narrow ? refiner.data_cost() / (dof - 2.0) : std::max(1.0, result->chi2_per_dof);
+  if (spread != nullptr) {
+    Eigen::Map<Mat9>(spread->inverse) = covariance;
+    spread->scale = scale;
+  }
+  covariance *= scale;
   if (options.line_offset_px > 0.0) {
     refiner.line_responses(responses);
-    for (const LineResponse& response : responses) {
-      const Vec9 shift = options.line_offset_px * factor.solve(Vec9(Eigen::Map<const Vec9>(response.gradient)));
-      covariance += shift * shift.transpose();
+    for (LineResponse& response : responses) {
+      Eigen::Map<Vec9> shift(response.shift);
+      shift = factor.solve(Vec9(Eigen::Map<const Vec9>(response.gradient)));
+      for (Eigen::Index i = 0; i < 9; ++i) shift(i) = policy.free[i] ? shift(i) : 0.0;
+      covariance += options.line_offset_px * options.line_offset_px * (shift * shift.transpose());
     }
-    hold(policy, &covariance);
   }
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     const auto k = static_cast<Eigen::Index>(i);
@@ -95,6 +103,20 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
   Eigen::Map<RowMat9>(result->covariance) = covariance;
   result->condition = condition_of(system.matrix);
   return Status::ok;
+}
+
+void compute_pose_covariance(const Refiner& refiner, const CovarianceOptions& options, const IntrinsicSpread& spread,
+                             Span<LineResponse> responses, std::size_t view, ViewResult* result) {
+  for (double& entry : result->covariance) entry = 0.0;
+  Mat6 by_increment;
+  if (!(spread.scale > 0.0) || !refiner.pose_covariance(view, Eigen::Map<const Mat9>(spread.inverse), spread.scale,
+                                                        options.line_offset_px, responses, &by_increment)) {
+    return;
+  }
+  Mat6 d_increment = Mat6::Identity();  // t' = exp(w) t + v
+  d_increment.bottomLeftCorner<3, 3>() = -hat(translation_of(result->T_cam_world));
+  const Mat6 half = d_increment.lazyProduct(by_increment);
+  Eigen::Map<Mat6>(result->covariance) = half.lazyProduct(d_increment.transpose());
 }
 
 }  // namespace lecalib

@@ -19,13 +19,26 @@ struct CovarianceOptions {
   double assumed_share = 0.5;
 };
 
+/// What the poses' covariances need of the intrinsics'.
+struct IntrinsicSpread {
+  double inverse[kNumIntrinsics * kNumIntrinsics];  ///< of the reduced matrix; 0 where held
+  double scale = 0;                                 ///< of variances; 0: there is no covariance
+};
+
 /// Fills sigma, covariance, assumed, chi2_per_dof and condition from a converged refinement: the inverse of the Schur
 /// complement of the poses, priors included, plus the covariance of the offsets that were not estimated (a consider
 /// covariance: S cov(offsets) S' with S the solution's answer to each of them).
-/// @param responses scratch, one per model line
+/// @param responses one per model line; their gradients and shifts are filled where lines have offsets
+/// @param spread    for compute_pose_covariance(), may be null
 /// @return ok | degenerate_geometry (a view's pose or an intrinsic without prior is not determined at all; *result has
 /// `parameter` set where it is an intrinsic, and is otherwise unchanged)
 Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy, const CovarianceOptions& options,
-                          std::size_t num_views_used, Span<LineResponse> responses, CalibrationResult* result);
+                          std::size_t num_views_used, Span<LineResponse> responses, CalibrationResult* result,
+                          IntrinsicSpread* spread = nullptr);
+
+/// The covariance of a view's pose, intrinsics and offsets of the lines marginalised. 0 where there is none.
+/// @param spread, responses as compute_covariance() left them for the refiner's current state
+void compute_pose_covariance(const Refiner& refiner, const CovarianceOptions& options, const IntrinsicSpread& spread,
+                             Span<LineResponse> responses, std::size_t view, ViewResult* result);
 
 }  // namespace lecalib

@@ -62,9 +62,11 @@ struct ReducedSystem {
   Vec9 gradient;
 };
 
-/// The reduced gradient's answer, per px, to an offset common to all points of one model line.
+/// What an offset common to all points of one model line does, per px of it.
 struct LineResponse {
-  double gradient[kNumIntrinsics];
+  double gradient[kNumIntrinsics];  ///< to the reduced gradient
+  double shift[kNumIntrinsics];     ///< to the intrinsics
+  double pose[6];                   ///< to one view's pose at fixed intrinsics; scratch
 };
 
 /// Least squares over data and priors. Usage: init(), then step() until it no longer returns in_progress.
@@ -94,9 +96,18 @@ class Refiner {
   /// What the priors alone contribute to the reduced matrix.
   [[nodiscard]] Eigen::Matrix<double, 9, 9> prior_information() const;
 
-  /// Answers to an offset of every model line, towards the same side of the line in all views, at the current state.
+  /// Fills `gradient` of the answers to an offset of every model line, towards the same side of the line in all views,
+  /// at the current state.
   /// @param responses one per model line
   void line_responses(Span<LineResponse> responses) const;
+
+  /// Covariance of one view's pose, by the increments (w, v) of x_cam' = exp(w) x_cam + v.
+  /// @param inverse   covariance of the intrinsics for true sigmas, without offsets; 0 where held
+  /// @param scale     true over given variance of the points
+  /// @param offset_px one sigma of the lines' offsets; above 0, `responses` hold their shifts
+  /// @return false, *out unchanged, where the pose is not determined
+  bool pose_covariance(std::size_t view, const Eigen::Matrix<double, 9, 9>& inverse, double scale, double offset_px,
+                       Span<LineResponse> responses, Mat6* out) const;
 
   /// Residuals over the spread that the fit leaves to each: r / sqrt(1 - h) with the leverage h of its point, and
   /// r / sqrt(1 + h) for points left out. A wrong point that pulls the solution to itself has a small residual only.
@@ -119,8 +130,9 @@ class Refiner {
   [[nodiscard]] bool all_within(Loss loss, double width) const;
   [[nodiscard]] double prior_precision(std::size_t i) const;
   [[nodiscard]] double aspect_precision() const;
-  void add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double knee,
-                         const Mat69& eliminated, LineResponse* response) const;
+  template <class Visit>
+  void visit_points(std::size_t view, double knee, const Visit& visit) const;
+  bool pose_solution(std::size_t view, Mat69* eliminated, Mat6* inverse) const;
   void standardise_view(std::size_t index, const Eigen::Matrix<double, 9, 9>& covariance, Span<float> out) const;
   bool reduce(double damping, ReducedSystem* out) const;
   bool solve_damped(Vec9* delta) const;

@@ -17,44 +17,78 @@ constexpr double kMinLeft = 1e-3;
 
 }  // namespace
 
-/// Adds what the points [first, last), all of one line in one view, contribute.
-/// @param eliminated inv(C) E of the view
-void Refiner::add_line_response(std::size_t first, std::size_t last, const CameraLine& line, double knee,
-                                const Mat69& eliminated, LineResponse* response) const {
-  Eigen::Map<Vec9> gradient(response->gradient);
-  IdealLine ideal;
-  if (!straightened_line(line, knee, &ideal)) return;
-  for (std::size_t i = first; i < last; ++i) {
-    if (is_left_out(data_, i)) continue;
+/// Calls visit(point index, residual, its loss weight over sigma^2) for all points of a view whose line has an image,
+/// also for those left out.
+template <class Visit>
+void Refiner::visit_points(std::size_t index, double knee, const Visit& visit) const {
+  const View& span = data_.views[index];
+  const Mat3 R = rotation_of(views_[index].pose);
+  const Vec3 t = translation_of(views_[index].pose);
+  std::uint32_t held_line = 0xFFFFFFFFU;
+  CameraLine line{};
+  IdealLine ideal{};
+  bool visible = false;
+  for (std::size_t i = span.first; i < span.first + span.count; ++i) {
     const LinePoint& point = data_.points[i];
+    if (point.line != held_line) {
+      held_line = point.line;
+      line = line_in_camera(R, t, data_.model[held_line]);
+      visible = straightened_line(line, knee, &ideal);
+    }
     LineResidual residual;
     float foot = kNoFoot;
-    if (!line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) continue;
-    const double inverse_sigma = 1.0 / point.sigma_px;
-    const double r = residual.value_px * inverse_sigma;
-    const double weight =
-        evaluate_loss(options_.loss, options_.loss_width, r * r).weight * inverse_sigma * inverse_sigma;
-    gradient += weight * (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
+    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) continue;
+    const double precision = 1.0 / (point.sigma_px * point.sigma_px);
+    const double r2 = residual.value_px * residual.value_px * precision;
+    visit(i, residual, evaluate_loss(options_.loss, options_.loss_width, r2).weight * precision);
   }
+}
+
+/// inv(C) E and inv(C) of a view.
+bool Refiner::pose_solution(std::size_t view, Mat69* eliminated, Mat6* inverse) const {
+  Cholesky<6> factor;
+  if (!factor.factor(pose_block_of(views_[view]), kMinPosePivot)) return false;
+  *eliminated = factor.solve(cross_block_of(views_[view]));
+  *inverse = factor.solve(Mat6(Mat6::Identity()));
+  return true;
 }
 
 void Refiner::line_responses(Span<LineResponse> responses) const {
   for (LineResponse& response : responses) response = {};
   const double knee = radius_of_slope(camera_, kKneeSlope);
-  Cholesky<6> factor;
   for (std::size_t v = 0; v < views_.size(); ++v) {
-    const RefineView& view = views_[v];
-    if (!view.used || !factor.factor(pose_block_of(view), kMinPosePivot)) continue;
-    const Mat69 eliminated = factor.solve(cross_block_of(view));
-    const Mat3 R = rotation_of(view.pose);
-    const Vec3 t = translation_of(view.pose);
-    const std::size_t end = data_.views[v].first + data_.views[v].count;
-    for (std::size_t first = data_.views[v].first, last = first; first < end; first = last) {
-      const std::uint16_t line = data_.points[first].line;
-      while (last < end && data_.points[last].line == line) ++last;
-      add_line_response(first, last, line_in_camera(R, t, data_.model[line]), knee, eliminated, &responses[line]);
-    }
+    Mat69 eliminated;
+    Mat6 inverse;
+    if (!views_[v].used || !pose_solution(v, &eliminated, &inverse)) continue;
+    visit_points(v, knee, [&](std::size_t i, const LineResidual& residual, double weight) {
+      if (is_left_out(data_, i)) return;
+      Eigen::Map<Vec9> gradient(responses[data_.points[i].line].gradient);
+      gradient += weight * (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
+    });
   }
+}
+
+bool Refiner::pose_covariance(std::size_t view, const Eigen::Matrix<double, 9, 9>& inverse, double scale,
+                              double offset_px, Span<LineResponse> responses, Mat6* out) const {
+  Mat69 eliminated;
+  Mat6 alone;
+  if (!pose_solution(view, &eliminated, &alone)) return false;
+  const Mat69 spread = eliminated.lazyProduct(inverse);
+  *out = scale * (alone + Mat6(spread.lazyProduct(eliminated.transpose())));
+  if (!(offset_px > 0.0)) return true;
+  for (LineResponse& response : responses) Eigen::Map<Vec6>(response.pose).setZero();
+  visit_points(view, radius_of_slope(camera_, kKneeSlope),
+               [&](std::size_t i, const LineResidual& residual, double weight) {
+                 if (is_left_out(data_, i)) return;
+                 Eigen::Map<Vec6> pose(responses[data_.points[i].line].pose);
+                 pose += weight * alone.lazyProduct(residual.d_pose.transpose());
+               });
+  for (const LineResponse& response : responses) {
+    const Vec6 shift = offset_px * (Eigen::Map<const Vec6>(response.pose) -
+                                    Vec6(eliminated.lazyProduct(Eigen::Map<const Vec9>(response.shift))));
+    *out += shift * shift.transpose();
+  }
+  return true;
 }
 
 bool Refiner::standardised_residuals(Span<float> out) const {
@@ -76,32 +110,18 @@ bool Refiner::standardised_residuals(Span<float> out) const {
 void Refiner::standardise_view(std::size_t index, const Eigen::Matrix<double, 9, 9>& covariance,
                                Span<float> out) const {
   const View& span = data_.views[index];
-  Cholesky<6> factor;
-  if (!factor.factor(pose_block_of(views_[index]), kMinPosePivot)) return;
-  const Mat69 eliminated = factor.solve(cross_block_of(views_[index]));
-  const Mat6 pose_covariance = factor.solve(Mat6(Mat6::Identity()));
-  const Mat3 R = rotation_of(views_[index].pose);
-  const Vec3 t = translation_of(views_[index].pose);
-  const double knee = radius_of_slope(camera_, kKneeSlope);
-  for (std::size_t i = span.first; i < span.first + span.count; ++i) {
-    const LinePoint& point = data_.points[i];
-    const CameraLine line = line_in_camera(R, t, data_.model[point.line]);
-    IdealLine ideal;
-    LineResidual residual;
-    float foot = kNoFoot;
-    out[i] = residuals_[i];
-    if (!straightened_line(line, knee, &ideal) ||
-        !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual))
-      continue;
-    const double inverse_sigma = 1.0 / point.sigma_px;
-    const double r = residual.value_px * inverse_sigma;
-    const double weight = evaluate_loss(options_.loss, options_.loss_width, r * r).weight;
-    const Vec9 a = inverse_sigma * (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
-    const Vec6 p = inverse_sigma * residual.d_pose.transpose();
-    const double variance = a.dot(covariance.lazyProduct(a)) + p.dot(pose_covariance.lazyProduct(p));
-    const double left = is_left_out(data_, i) ? 1.0 : std::max(1.0 - weight * variance, kMinLeft);
-    out[i] = static_cast<float>(r / std::sqrt(left));
-  }
+  Mat69 eliminated;
+  Mat6 pose_covariance;
+  if (!pose_solution(index, &eliminated, &pose_covariance)) return;
+  for (std::size_t i = span.first; i < span.first + span.count; ++i) out[i] = residuals_[i];
+  visit_points(index, radius_of_slope(camera_, kKneeSlope),
+               [&](std::size_t i, const LineResidual& residual, double weight) {
+                 const Vec9 a = (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
+                 const Vec6 p = residual.d_pose.transpose();
+                 const double variance = a.dot(covariance.lazyProduct(a)) + p.dot(pose_covariance.lazyProduct(p));
+                 const double left = is_left_out(data_, i) ? 1.0 : std::max(1.0 - weight * variance, kMinLeft);
+                 out[i] = static_cast<float>(residual.value_px / (data_.points[i].sigma_px * std::sqrt(left)));
+               });
 }
 
 }  // namespace lecalib

@@ -38,7 +38,7 @@ CalibrationReport example() {
   camera.assumed = {"k3"};
   report.cameras.push_back(camera);
   const double axis[] = {0.6, 0, 0.8};
-  report.views.push_back({"001", 123456789012, rotated(axis, 0.5), 9, 0.25});
+  report.views.push_back({"001", 123456789012, rotated(axis, 0.5), 9, 0.25, {}, {}});
   report.diagnostics.reason = "converged";
   report.diagnostics.counts = {{"events", 1000000}};
   report.diagnostics.numbers = {{"condition", 1e5}};
@@ -180,7 +180,7 @@ TEST_CASE("a refused solution gives no camera, but its figures") {
   result.camera.fx = 1234;
   result.iterations = 7;
   CalibrationReport report;
-  add_result(result, {}, {}, &report);
+  add_result(result, {}, {}, {}, &report);
   CHECK(report.status == Status::undetermined);
   CHECK(report.cameras.empty());
   CHECK(report.diagnostics.reason.find("fx") != std::string::npos);
@@ -190,7 +190,9 @@ TEST_CASE("a refused solution gives no camera, but its figures") {
 }
 
 TEST_CASE("a solution is taken over with the views that were used") {
-  const ViewResult view_results[] = {{{}, 0.5, 4, 8, true}, {{}, 0, 0, 0, false}, {{}, 0.25, 5, 10, true}};
+  const ViewLineResult lines[] = {{3, -0.5F, 0.75F, 1, false}, {2, 9.0F, 9.5F, 0, true}};
+  ViewResult view_results[] = {{{}, 0.5, 4, 8, true, {}, {}}, {}, {{}, 0.25, 5, 10, true, {}, lines}};
+  view_results[2].covariance[7 * 4] = 0.25;
   const View views[] = {{100, 0, 8}, {200, 8, 2}, {300, 10, 10}};
   CalibrationResult result;
   result.status = Status::ok;
@@ -199,11 +201,21 @@ TEST_CASE("a solution is taken over with the views that were used") {
   result.assumed[8] = true;
   result.views = view_results;
   CalibrationReport report;
-  add_result(result, views, {"a", "b", "c"}, &report);
+  add_result(result, views, {"a", "b", "c"}, {"rim", "edge"}, &report);
   REQUIRE(report.views.size() == 2);
   CHECK(report.views[1].label == "c");
   CHECK(report.views[1].t_us == 300);
   CHECK(report.views[1].lines == 5);
+  CHECK(report.views[1].sigma[4] == 0.5);
+  const auto json = nlohmann::json::parse(calibration_json(report));
+  const auto& view = json["views"][1];
+  CHECK(view["sigma"]["rotation_rad"] == std::vector<double>{0, 0, 0});
+  CHECK(view["sigma"]["t_cam_world_m"] == std::vector<double>{0, 0.5, 0});
+  CHECK(view["line_residuals"][0] ==
+        nlohmann::json{{"line", "edge"}, {"points", 3}, {"mean_px", -0.5}, {"rms_px", 0.75}});
+  CHECK(view["line_residuals"][1]["line"] == "rim");
+  CHECK(view["line_residuals"][1]["left_out"] == true);
+  CHECK(json["views"][0]["line_residuals"].empty());
   REQUIRE(report.cameras.size() == 1);
   CHECK(report.cameras[0].assumed == std::vector<std::string>{"k3"});
   const std::string text = calibration_text(report);
