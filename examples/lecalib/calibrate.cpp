@@ -86,7 +86,7 @@ void add_inputs(CLI::App* command, CalibrateOptions* options) {
       ->type_name("");
   command
       ->add_option("--observations", options->observations,
-                   "Instead of EVENTS: points measured on model lines, CSV view,line,u_px,v_px[,sigma_px]")
+                   "Instead of EVENTS: points measured on model lines, CSV view,line,u_px,v_px[,sigma_px][,t_us]")
       ->type_name("FILE");
   command->add_option("--model", options->model, "Lines of the object, metres, rows: x1 y1 z1 x2 y2 z2 name")
       ->type_name("FILE");
@@ -125,6 +125,19 @@ void add_calibrate(CLI::App& app) {
       ->capture_default_str()
       ->check(
           CLI::IsMember(std::vector<std::string>(kDistortionModelNames, kDistortionModelNames + kNumDistortionModels)));
+  command
+      ->add_option("--gyro", options->gyro,
+                   "Readings of a gyro fixed to the camera, CSV t_us,wx,wy,wz: rad/s about its axes x right, y down, z "
+                   "forward; with --observations these need a column t_us")
+      ->type_name("FILE");
+  command->add_option("--gyro-noise", options->gyro_noise.noise_density, "Its noise density, rad/s/sqrt(Hz)")
+      ->type_name("X")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--gyro-bias", options->gyro_noise.bias_sigma, "One sigma of its bias, rad/s")
+      ->type_name("X")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   command->add_flag("--free-k3", options->free_k3, "Estimate k3 (r^6) too; for wide lenses seen to their rim");
   command->add_flag("--no-distortion", options->hold_distortion, "Hold all distortion coefficients at 0");
   command->add_flag("--centred", options->hold_centre, "Hold the principal point at the image's centre");

@@ -8,6 +8,7 @@
 #include "lecalib/host/calibration_report.hpp"
 #include "lecalib/host/model_file.hpp"
 #include "lecalib/pipeline/mono_solver.hpp"
+#include "lecalib/solve/gyro_prior.hpp"
 
 namespace lecalib::command {
 
@@ -23,6 +24,8 @@ struct CalibrateOptions {
   bool hold_distortion = false;
   bool hold_centre = false;
   bool trust_lines = false;
+  std::string gyro;            ///< file; empty: none
+  GyroOptions gyro_noise;      ///< what its readings are off
   double max_focal_sigma = 0;  ///< share of the focal length; 0: the solver's own
 
   /// What the options ask of the solver; the rest stays as it is.

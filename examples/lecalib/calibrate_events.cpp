@@ -6,6 +6,7 @@
 #include "calibrate.hpp"
 #include "event_options.hpp"
 #include "lecalib/host/cpu_clock.hpp"
+#include "lecalib/host/gyro_file.hpp"
 #include "lecalib/host/heap_arena.hpp"
 #include "lecalib/pipeline/mono_calibrator.hpp"
 #include "progress.hpp"
@@ -57,9 +58,13 @@ void add_counts(const std::vector<EventFile>& files, const MonoStats& stats, hos
     decoded.unplaced += file.stats().unplaced;
     decode_ns += file.decode_cpu_ns();
   }
-  diagnostics->counts = {
-      {"events", decoded.events},           {"windows", stats.windows.windows},         {"lines", stats.lines},
-      {"windows_kept", stats.windows_kept}, {"windows_matched", stats.windows_matched}, {"matches", stats.matches}};
+  diagnostics->counts = {{"events", decoded.events},
+                         {"windows", stats.windows.windows},
+                         {"lines", stats.lines},
+                         {"windows_kept", stats.windows_kept},
+                         {"windows_matched", stats.windows_matched},
+                         {"matches", stats.matches},
+                         {"turns", stats.turns}};
   diagnostics->dropped = {{"events_outside", decoded.outside},
                           {"events_unplaced", decoded.unplaced},
                           {"events_backward", stats.windows.backward},
@@ -89,6 +94,13 @@ void calibrate_events(const CalibrateOptions& options, const host::Model& model,
   MonoOptions mono;
   options.apply(&mono.solver);
   mono.detector.clock_ns = &thread_cpu_ns;
+  std::vector<GyroSample> gyro;
+  if (!options.gyro.empty()) {
+    gyro = take(host::read_gyro(options.gyro));
+    report->diagnostics.inputs.push_back(options.gyro);
+  }
+  mono.gyro_samples = gyro;
+  mono.gyro = options.gyro_noise;
   const host::HeapArena block(required_bytes(capacities));
   MonoCalibrator calibrator;
   const Status ready = calibrator.init(block.memory(), capacities, mono, model.lines);

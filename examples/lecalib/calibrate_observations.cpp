@@ -3,6 +3,7 @@
 #include "calibrate.hpp"
 #include "event_options.hpp"
 #include "lecalib/host/cpu_clock.hpp"
+#include "lecalib/host/gyro_file.hpp"
 #include "lecalib/host/heap_arena.hpp"
 #include "lecalib/host/observation_file.hpp"
 #include "lecalib/pipeline/mono_solver.hpp"
@@ -16,7 +17,14 @@ void calibrate_observations(const CalibrateOptions& options, const host::Model& 
   const host::Observations observations = take(host::read_observations(options.observations, model, sensor));
   report->diagnostics.inputs.push_back(options.observations);
 
-  const CalibrationData data{sensor.width, sensor.height, model.lines, observations.points, observations.views};
+  CalibrationData data{sensor.width, sensor.height, model.lines, observations.points, observations.views};
+  std::vector<RelativePrior> turns;
+  if (!options.gyro.empty()) {
+    if (!observations.has_times) fail({"--gyro needs the times of the views: a column t_us", options.observations});
+    turns = host::pair_views(options.gyro_noise, take(host::read_gyro(options.gyro)), observations.views);
+    data.relative = turns;
+    report->diagnostics.inputs.push_back(options.gyro);
+  }
   MonoSolverOptions solver_options;
   options.apply(&solver_options);
   solver_options.covariance.trust_sigma = observations.has_sigma;
@@ -37,6 +45,7 @@ void calibrate_observations(const CalibrateOptions& options, const host::Model& 
   CalibrationResult result = solver.result();
   result.status = status;
   host::add_result(result, observations.views, observations.view_names, model.names, report);
+  if (!options.gyro.empty()) report->diagnostics.counts.push_back({"turns", turns.size()});
   report->diagnostics.cpu_ms.push_back({"solve", static_cast<double>(host::thread_cpu_ns() - begin_ns) * 1e-6});
 }
 

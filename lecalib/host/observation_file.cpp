@@ -16,6 +16,12 @@ namespace {
 /// image; a wrong --sensor does it grossly.
 constexpr double kMaxOutside = 0.25;
 
+constexpr const char* kExpectedHeader = "expected the header 'view,line,u_px,v_px[,sigma_px][,t_us]'";
+constexpr std::size_t kMinColumns = 4;
+
+/// Three centuries: differences of times stay far from overflow.
+constexpr std::int64_t kMaxTimeUs = 10'000'000'000'000'000;
+
 struct Row {
   std::uint32_t view;
   std::size_t file_line;
@@ -33,12 +39,17 @@ class TableParser {
 
   /// @return an Error without file and line.
   MaybeError header(std::string_view line) {
-    static constexpr std::string_view kNames[] = {"view", "line", "u_px", "v_px", "sigma_px"};
+    static constexpr std::string_view kNames[] = {"view", "line", "u_px", "v_px"};
     const std::vector<Field> fields = split(line, ',');
-    bool right = fields.size() == 4 || fields.size() == 5;
-    for (std::size_t i = 0; right && i < fields.size(); ++i) right = fields[i].text == kNames[i];
-    if (!right) return Error{"expected the header 'view,line,u_px,v_px[,sigma_px]', found " + quoted(line)};
-    columns_ = fields.size();
+    bool right = fields.size() >= kMinColumns;
+    for (std::size_t i = 0; right && i < kMinColumns; ++i) right = fields[i].text == kNames[i];
+    columns_ = kMinColumns;
+    const auto take = [&](std::string_view name) {
+      return columns_ < fields.size() && fields[columns_].text == name ? columns_++ : 0;
+    };
+    sigma_column_ = right ? take("sigma_px") : 0;
+    time_column_ = right ? take("t_us") : 0;
+    if (!right || columns_ != fields.size()) return Error{std::string(kExpectedHeader) + ", found " + quoted(line)};
     return std::nullopt;
   }
 
@@ -53,16 +64,25 @@ class TableParser {
       return Error{"the model has no line " + quoted(fields[1].text), "", 0, fields[1].column};
     }
     double values[3] = {0, 0, kDefaultSigmaPx};
-    for (std::size_t i = 2; i < columns_; ++i) {
-      const std::optional<double> value = parse_number(fields[i].text);
-      if (!value)
-        return Error{"expected a finite number of pixels, found " + quoted(fields[i].text), "", 0, fields[i].column};
-      values[i - 2] = *value;
+    const std::size_t columns[3] = {2, 3, sigma_column_};
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (columns[i] == 0) continue;
+      const Field& field = fields[columns[i]];
+      const std::optional<double> value = parse_number(field.text);
+      if (!value) return Error{"expected a finite number of pixels, found " + quoted(field.text), "", 0, field.column};
+      values[i] = *value;
     }
-    if (values[2] <= 0) return Error{"expected sigma_px > 0, found " + quoted(fields[4].text), "", 0, fields[4].column};
+    if (values[2] <= 0) {
+      const Field& field = fields[sigma_column_];
+      return Error{"expected sigma_px > 0, found " + quoted(field.text), "", 0, field.column};
+    }
     if (is_far_outside(values[0], sensor_.width)) return outside(fields[2]);
     if (is_far_outside(values[1], sensor_.height)) return outside(fields[3]);
-    rows_.push_back({view_index(fields[0].text), file_line, {values[0], values[1], values[2], line_index->second}});
+    const std::uint32_t view = view_index(fields[0].text);
+    if (time_column_ != 0) {
+      if (MaybeError error = time_of_view(view, fields[time_column_])) return error;
+    }
+    rows_.push_back({view, file_line, {values[0], values[1], values[2], line_index->second}});
     return std::nullopt;
   }
 
@@ -79,11 +99,13 @@ class TableParser {
     const auto key = [](const Row& row) { return std::pair(row.view, row.point.line); };
     std::stable_sort(rows_.begin(), rows_.end(), [key](const Row& a, const Row& b) { return key(a) < key(b); });
     Observations out;
-    out.has_sigma = columns_ == 5;
+    out.has_sigma = sigma_column_ != 0;
+    out.has_times = time_column_ != 0;
     out.view_names = std::move(view_names_);
     for (const Row& row : rows_) {
       if (out.views.size() == row.view) {
-        out.views.push_back({static_cast<std::int64_t>(row.view), static_cast<std::uint32_t>(out.points.size()), 0});
+        const auto t_us = out.has_times ? times_[row.view] : static_cast<std::int64_t>(row.view);
+        out.views.push_back({t_us, static_cast<std::uint32_t>(out.points.size()), 0});
       }
       ++out.views.back().count;
       out.points.push_back(row.point);
@@ -105,12 +127,28 @@ class TableParser {
     return known->second;
   }
 
+  /// A view has one time.
+  MaybeError time_of_view(std::uint32_t view, const Field& field) {
+    const std::optional<unsigned long long> time = parse_count(field.text);
+    if (!time || *time > static_cast<unsigned long long>(kMaxTimeUs)) {
+      return Error{"expected a whole number of microseconds, found " + quoted(field.text), "", 0, field.column};
+    }
+    const auto t_us = static_cast<std::int64_t>(*time);
+    if (times_.size() <= view) times_.push_back(t_us);
+    if (times_[view] == t_us) return std::nullopt;
+    return Error{"the view had the time " + std::to_string(times_[view]) + " before, found " + quoted(field.text), "",
+                 0, field.column};
+  }
+
   SensorSize sensor_;
   std::map<std::string, std::uint16_t, std::less<>> line_of_name_;
   std::unordered_map<std::string, std::uint32_t> index_of_view_;
   std::vector<std::string> view_names_;
   std::vector<Row> rows_;
+  std::vector<std::int64_t> times_;  // of views
   std::size_t columns_ = 0;
+  std::size_t sigma_column_ = 0;  // 0: there is none
+  std::size_t time_column_ = 0;
 };
 
 }  // namespace
@@ -130,7 +168,7 @@ Result<Observations> parse_observations(std::string_view text, const std::string
     has_rows = has_header;
     has_header = true;
   }
-  if (!has_header) return Error{"expected the header 'view,line,u_px,v_px[,sigma_px]', found nothing", file_name};
+  if (!has_header) return Error{std::string(kExpectedHeader) + ", found nothing", file_name};
   if (!has_rows) return Error{"expected rows below the header, found none", file_name, reader.number()};
   Result<Observations> out = table.finish();
   if (!out.ok()) return Error{out.error().message, file_name, out.error().line};

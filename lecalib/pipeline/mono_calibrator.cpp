@@ -145,6 +145,21 @@ Status MonoCalibrator::advance(Status status) {
   return verdict_ = Status::ok;
 }
 
+/// How the camera turned in each matched window, where the gyro tells. @return how many do
+std::size_t MonoCalibrator::find_turns() {
+  std::size_t count = 0;
+  for (std::size_t v = 0; v + 1 < num_views_; v += 2) {
+    RelativePrior& turn = workspace_.turns[count];
+    turn.view_a = static_cast<std::uint32_t>(v);
+    turn.view_b = static_cast<std::uint32_t>(v + 1);
+    const std::int64_t begin_us = workspace_.views[v].t_us;
+    const std::int64_t end_us = workspace_.views[v + 1].t_us;
+    if (integrate_gyro(options_.gyro, options_.gyro_samples, begin_us, end_us, &turn) == Status::ok) ++count;
+  }
+  stats_.turns = static_cast<std::uint32_t>(count);
+  return count;
+}
+
 /// matches -> points -> solver, which starts from the matcher's camera and poses.
 Status MonoCalibrator::begin_solving() {
   const Span<const WindowPoses> poses = matcher_.poses();
@@ -158,11 +173,12 @@ Status MonoCalibrator::begin_solving() {
     workspace_.start_poses[2 * i] = poses[i].begin;
     workspace_.start_poses[2 * i + 1] = poses[i].end;
   }
-  const CalibrationData data = {capacities_.sensor_width,
-                                capacities_.sensor_height,
-                                model_,
-                                {workspace_.points.data(), num_points},
-                                {workspace_.views.data(), num_views_}};
+  CalibrationData data = {capacities_.sensor_width,
+                          capacities_.sensor_height,
+                          model_,
+                          {workspace_.points.data(), num_points},
+                          {workspace_.views.data(), num_views_}};
+  data.relative = workspace_.turns.first(find_turns());
   const MonoStart start = {matcher_.camera(), {workspace_.start_poses.data(), num_views_}};
   status = solver_.init(data, options_.solver, workspace_.solver, &start);
   if (status != Status::ok) return fail(status);

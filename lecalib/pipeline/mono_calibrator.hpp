@@ -21,6 +21,7 @@
 #include "lecalib/pipeline/mono_solver.hpp"
 #include "lecalib/pipeline/view_points.hpp"
 #include "lecalib/pipeline/window_length.hpp"
+#include "lecalib/solve/gyro_prior.hpp"
 
 namespace lecalib {
 
@@ -33,6 +34,10 @@ struct MonoOptions {
   LineMatcherOptions matcher;
   ViewPointOptions points;
   MonoSolverOptions solver = recorded_lines();
+  /// Readings of a gyro that is fixed to the camera, on the events' clock, in order of time: they tell how the camera
+  /// has turned from each window's begin to its end. Must outlive the calibrator; may be empty.
+  Span<const GyroSample> gyro_samples = {};
+  GyroOptions gyro;
   int rounds = 2;  ///< of matching and solving, >= 1; the second one finds matches that a rough camera missed
 
   /// What differs from the solver's own defaults, which suit points that were measured elsewhere.
@@ -49,6 +54,7 @@ struct MonoStats {
   std::uint32_t windows_kept = 0;   ///< in the bank
   std::uint32_t windows_matched = 0;
   std::uint32_t matches = 0;
+  std::uint32_t turns = 0;                          ///< windows whose turn the gyro tells, of those matched
   std::uint64_t stage_ns[kNumDetectorStages] = {};  ///< of detection, where the options give a clock
   LineMatcherStats matcher;
 };
@@ -72,6 +78,7 @@ struct MonoWorkspace {
   Span<View> views;
   Span<Pose> start_poses;
   Span<WindowPrediction> predictions;
+  Span<RelativePrior> turns;  ///< one per window
 };
 
 /// What the stages must hold so that the calibrator holds `capacities`.
@@ -117,7 +124,7 @@ constexpr bool carve(Carver& carver, const Capacities& c, MonoWorkspace* out) {
   return carver.carve(matcher.peak() / sizeof(std::max_align_t) + 1, &out->matcher) &&
          carve(carver, solver, &out->solver) && carver.carve(solver.points, &out->points) &&
          carver.carve(solver.views, &out->views) && carver.carve(solver.views, &out->start_poses) &&
-         carver.carve(c.windows, &out->predictions);
+         carver.carve(c.windows, &out->predictions) && carver.carve(c.windows, &out->turns);
 }
 
 /// Bytes that MonoCalibrator::init() needs.
@@ -168,6 +175,7 @@ class MonoCalibrator {
   Status detect();
   Status begin_matching();
   Status begin_solving();
+  std::size_t find_turns();
   Status begin_next_round();
   Status advance(Status status);
   Status fail(Status status);

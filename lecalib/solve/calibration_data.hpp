@@ -10,6 +10,16 @@
 
 namespace lecalib {
 
+/// How a camera has turned from one view to another, as measured by something else than lines:
+/// R_cam_world of view_b is about R_b_a times that of view_a.
+struct RelativePrior {
+  std::uint32_t view_a = 0;
+  std::uint32_t view_b = 0;
+  double R_b_a[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major
+  double sigma_rad = 0;                           ///< one sigma about each of the camera's axes, > 0
+  double shared_rad = 0;  ///< the part of it that all priors have in common, as a gyro's bias: [0, sigma_rad]
+};
+
 /// Views the caller's memory; it must outlive the solver that works on it.
 struct CalibrationData {
   std::uint16_t width = 0;  ///< sensor, px
@@ -17,11 +27,13 @@ struct CalibrationData {
   Span<const ModelLine> model;
   Span<const LinePoint> points;
   Span<const View> views;
-  Span<const std::uint8_t> left_out = {};  ///< per point, not 0: a wrong one, of no weight; empty: all are used
+  Span<const std::uint8_t> left_out = {};   ///< per point, not 0: a wrong one, of no weight; empty: all are used
+  Span<const RelativePrior> relative = {};  ///< ties views in pairs; no view is in more than one
 };
 
 /// @return ok | invalid_argument (no sensor size, a value that is not finite, sigma not positive, a model line of no
-/// length, an index out of range, left_out neither empty nor one per point) | too_few_lines (no model, no view or no
+/// length, an index out of range, left_out neither empty nor one per point, a turn without sigma or of a view to itself
+/// or to two others) | too_few_lines (no model, no view or no
 /// point)
 Status validate(const CalibrationData& data);
 

@@ -57,6 +57,21 @@ void hold(const ParameterPolicy& policy, Mat9* covariance) {
   }
 }
 
+/// Known turns weigh as if their errors were independent. What they have in common (a gyro's bias) moves the solution
+/// through all of them at once instead: (sum of shifts)(sum of shifts)' in place of the sum of shift shift'.
+void correlate_turns(const Refiner& refiner, const ParameterPolicy& policy, const Cholesky<9>& factor,
+                     Mat9* covariance) {
+  if (refiner.num_turns() < 2) return;
+  Eigen::Matrix<double, 9, 3> sum = Eigen::Matrix<double, 9, 3>::Zero();
+  for (std::size_t i = 0; i < refiner.num_turns(); ++i) {
+    const Eigen::Matrix<double, 9, 3> shift = factor.solve(refiner.turn_response(i));
+    *covariance -= shift.lazyProduct(shift.transpose());
+    sum += shift;
+  }
+  *covariance += sum.lazyProduct(sum.transpose());
+  hold(policy, covariance);
+}
+
 }  // namespace
 
 Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy, const CovarianceOptions& options,
@@ -72,17 +87,19 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
   Mat9 covariance = factor.solve(Mat9(Mat9::Identity()));
   hold(policy, &covariance);
   const double poses = 6.0 * static_cast<double>(num_views_used);
-  const double unknowns = poses + determined_parameters(refiner, policy, covariance);
+  const double unknowns =
+      poses + determined_parameters(refiner, policy, covariance) - refiner.parameters_from_turns(covariance);
   const double dof = std::max(1.0, static_cast<double>(refiner.points_used()) - unknowns);
   result->chi2_per_dof = refiner.data_cost() / dof;
   const bool may_narrow = !options.trust_sigma && dof >= kMinScaleDof;
   // A scale from residuals is uncertain itself: errors over it are Student's, of variance dof / (dof - 2).
   const double scale = may_narrow ? refiner.data_cost() / (dof - 2.0) : std::max(1.0, result->chi2_per_dof);
+  covariance *= scale;
+  correlate_turns(refiner, policy, factor, &covariance);
   if (spread != nullptr) {
-    Eigen::Map<Mat9>(spread->inverse) = covariance;
+    Eigen::Map<Mat9>(spread->inverse) = covariance / scale;
     spread->scale = scale;
   }
-  covariance *= scale;
   if (options.line_offset_px > 0.0) {
     refiner.line_responses(responses);
     for (LineResponse& response : responses) {

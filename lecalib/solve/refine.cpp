@@ -5,7 +5,8 @@
 ///     [ E_1  C_1            ] [ dp_1 ] = [ h_1 ]       C_v = sum J_p' w J_p
 ///     [ E_2       C_2       ] [ dp_2 ]   [ h_2 ]         g = -sum J_a' w r       h_v = -sum J_p' w r
 ///
-/// Each C_v is 6 x 6 and eliminated by itself: S = B - sum E_v' inv(C_v) E_v. Damping follows Marquardt (lambda times
+/// Each C_v is 6 x 6 and eliminated by itself: S = B - sum E_v' inv(C_v) E_v. Where a turn between two views is known,
+/// C_v is 12 x 12 and that of both. Damping follows Marquardt (lambda times
 /// the diagonal) with Nielsen's update of lambda.
 #include "lecalib/solve/refine.hpp"
 
@@ -40,8 +41,6 @@ void add_lower_square(const Eigen::Matrix<double, N, 1>& v, Eigen::Matrix<double
   if constexpr (K + 1 < N) add_lower_square<K + 1>(v, sum);
 }
 
-Vec6 pose_gradient_of(const RefineView& view) { return Eigen::Map<const Vec6>(view.pose_gradient); }
-
 }  // namespace
 
 const char* to_string(StopReason reason) noexcept {
@@ -75,6 +74,7 @@ void Refiner::init(const CalibrationData& data, const ParameterPolicy& policy, c
   for (int i = 0; i < static_cast<int>(kNumIntrinsics); ++i) {
     if (policy.free[i]) free_[num_free_++] = i;
   }
+  pair_views();
   set_loss(options.loss, options.loss_width, 1.0);
 }
 
@@ -200,6 +200,12 @@ void Refiner::add_priors() {
   intrinsic_gradient_(0) += aspect * difference;
   intrinsic_gradient_(1) -= aspect * difference;
   intrinsic_block_ = data_block_ + prior_information();
+  for (std::size_t i = 0; i < data_.relative.size(); ++i) {
+    const RelativePrior& turn = data_.relative[i];
+    const RefineView& a = views_[turn.view_a];
+    const RefineView& b = views_[turn.view_b];
+    if (a.partner == turn.view_b) cost_ += turn_precision(i) * turn_residual(turn, a.pose, b.pose).value.squaredNorm();
+  }
 }
 
 /// Cost, residuals and normal equations of the current state. False where they are not finite.
@@ -216,21 +222,29 @@ bool Refiner::linearise() {
   return std::isfinite(cost_) && camera_.fx > 0.0 && camera_.fy > 0.0;
 }
 
+/// Takes the poses of `view`, and of its partner for N = 12, out of the system.
+template <int N>
+bool Refiner::eliminate(std::size_t view, double damping, ReducedSystem* system) const {
+  PoseGroup<N> group;
+  gather(view, &group);
+  group.block.diagonal() *= 1.0 + damping;
+  Cholesky<N> factor;
+  if (!factor.factor(group.block, kMinPosePivot)) return false;
+  const Eigen::Matrix<double, N, 9> X = factor.solve(group.cross);
+  system->matrix -= group.cross.transpose().lazyProduct(X);  // a 9 x 9 product would take Eigen's heap for its blocks
+  system->gradient -= X.transpose().lazyProduct(group.gradient);
+  return true;
+}
+
 bool Refiner::reduce(double damping, ReducedSystem* out) const {
   ReducedSystem system;
   system.matrix = intrinsic_block_.selfadjointView<Eigen::Lower>();
   system.matrix.diagonal() *= 1.0 + damping;
   system.gradient = intrinsic_gradient_;
-  Cholesky<6> factor;
-  for (const RefineView& view : views_) {
-    if (!view.used) continue;
-    Mat6 C = pose_block_of(view);
-    C.diagonal() *= 1.0 + damping;
-    if (!factor.factor(C, kMinPosePivot)) return false;
-    const Mat69 E = cross_block_of(view);
-    const Mat69 X = factor.solve(E);
-    system.matrix -= E.transpose().lazyProduct(X);  // a 9 x 9 product would take Eigen's heap for its blocks
-    system.gradient -= X.transpose() * pose_gradient_of(view);
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    const std::uint32_t partner = views_[v].partner;
+    if (!views_[v].used || (partner != kNoView && partner < v)) continue;
+    if (!(partner == kNoView ? eliminate<6>(v, damping, &system) : eliminate<12>(v, damping, &system))) return false;
   }
   for (Eigen::Index i = 0; i < 9; ++i) {
     if (policy_.free[i]) continue;
@@ -251,6 +265,28 @@ bool Refiner::solve_damped(Vec9* delta) const {
   return delta->allFinite();
 }
 
+/// Moves the poses of `view`, and of its partner for N = 12.
+template <int N>
+void Refiner::move_poses(std::size_t view, const Vec9& delta, double* predicted, double* largest_step) {
+  PoseGroup<N> group;
+  gather(view, &group);
+  const Eigen::Matrix<double, N, 1> diagonal = group.block.diagonal();
+  group.block.diagonal() *= 1.0 + damping_;
+  Cholesky<N> factor;
+  if (!factor.factor(group.block, kMinPosePivot)) return;  // reduce() has factored the same matrix before
+  const Eigen::Matrix<double, N, 1> steps =
+      factor.solve(Eigen::Matrix<double, N, 1>(group.gradient - group.cross.lazyProduct(delta)));
+  *predicted += steps.dot(group.gradient + damping_ * diagonal.cwiseProduct(steps));
+  for (Eigen::Index k = 0; k < N; k += 6) {
+    RefineView& moved = views_[k == 0 ? view : views_[view].partner];
+    const Vec6 step = steps.template segment<6>(k);
+    const Mat3 turn = so3_exp(step.head<3>());
+    const Vec3 t = turn * translation_of(moved.pose) + step.tail<3>();
+    moved.pose = make_pose(turn * rotation_of(moved.pose), t);  // drifts from SO(3) by an eps a step
+    *largest_step = std::max({*largest_step, step.head<3>().norm(), step.tail<3>().norm() / (t.norm() + 1e-300)});
+  }
+}
+
 /// Moves camera and poses by the damped step whose intrinsic part is `delta`.
 /// @return the decrease of the cost that the quadratic model predicts
 double Refiner::apply(const Vec9& delta, double* largest_relative_step) {
@@ -261,20 +297,15 @@ double Refiner::apply(const Vec9& delta, double* largest_relative_step) {
     camera_.*kIntrinsics[i] += step;
     largest = std::max(largest, std::abs(step) / (1.0 + std::abs(camera_.*kIntrinsics[i])));
   }
-  Cholesky<6> factor;
-  for (RefineView& view : views_) {
-    view.previous = view.pose;
-    if (!view.used) continue;
-    Mat6 C = pose_block_of(view);
-    C.diagonal() *= 1.0 + damping_;
-    if (!factor.factor(C, kMinPosePivot)) continue;  // reduce() has factored the same matrix before
-    const Vec6 gradient = pose_gradient_of(view);
-    const Vec6 step = factor.solve(Vec6(gradient - cross_block_of(view) * delta));
-    predicted += step.dot(gradient + damping_ * pose_block_of(view).diagonal().cwiseProduct(step));
-    const Mat3 turn = so3_exp(step.head<3>());
-    const Vec3 t = turn * translation_of(view.pose) + step.tail<3>();
-    view.pose = make_pose(turn * rotation_of(view.pose), t);  // drifts from SO(3) by an eps a step
-    largest = std::max({largest, step.head<3>().norm(), step.tail<3>().norm() / (t.norm() + 1e-300)});
+  for (RefineView& view : views_) view.previous = view.pose;
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    const std::uint32_t partner = views_[v].partner;
+    if (!views_[v].used || (partner != kNoView && partner < v)) continue;
+    if (partner == kNoView) {
+      move_poses<6>(v, delta, &predicted, &largest);
+    } else {
+      move_poses<12>(v, delta, &predicted, &largest);
+    }
   }
   *largest_relative_step = largest;
   return predicted;

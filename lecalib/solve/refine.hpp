@@ -13,6 +13,7 @@
 #include "lecalib/math/robust_loss.hpp"
 #include "lecalib/solve/calibration_data.hpp"
 #include "lecalib/solve/parameter_policy.hpp"
+#include "lecalib/solve/pose_group.hpp"
 
 namespace lecalib {
 
@@ -38,8 +39,8 @@ struct RefineOptions {
   double step_tolerance = 1e-11;     ///< relative
 };
 
-/// One view in the making. Its pose block of the normal equations is eliminated on the spot, so time and memory are
-/// linear in the number of views.
+/// One view in the making. Its pose block of the normal equations is eliminated on the spot, by itself or together with
+/// one other view's, so time and memory are linear in the number of views.
 struct RefineView {
   Pose pose;
   Pose previous;            ///< where a rejected step returns to
@@ -47,7 +48,10 @@ struct RefineView {
   double cross_block[54];   ///< J_pose' W J_intrinsics, 6 x 9, column-major
   double pose_gradient[6];  ///< -J_pose' W r
   bool used;                ///< false: the view has no start or too few lines, and is left out
+  std::uint32_t partner;    ///< the view that a known turn ties this one to, or kNoView; set by the Refiner
+  std::uint32_t turn;       ///< that turn's index, where there is a partner
 };
+inline constexpr std::uint32_t kNoView = 0xFFFFFFFFU;
 
 inline Mat6 pose_block_of(const RefineView& view) { return Eigen::Map<const Mat6>(view.pose_block); }
 inline Mat69 cross_block_of(const RefineView& view) { return Eigen::Map<const Mat69>(view.cross_block); }
@@ -90,7 +94,7 @@ class Refiner {
   void set_decrease_tolerance(double tolerance) { options_.decrease_tolerance = tolerance; }
 
   /// The reduced normal equations of the current state, undamped.
-  /// @return false, *out unchanged, where a view's pose is not determined by its lines
+  /// @return false, *out unchanged, where a view's pose is not determined
   bool reduced_system(ReducedSystem* out) const { return reduce(0.0, out); }
 
   /// What the priors alone contribute to the reduced matrix.
@@ -100,6 +104,15 @@ class Refiner {
   /// at the current state.
   /// @param responses one per model line
   void line_responses(Span<LineResponse> responses) const;
+
+  /// Answers of the reduced gradient to what all known turns have in common (RelativePrior::shared_rad, about each
+  /// axis), through one of them.
+  /// @return zero where one of its views is not used
+  [[nodiscard]] Eigen::Matrix<double, 9, 3> turn_response(std::size_t turn) const;
+
+  /// How many parameters the known turns determine, and not the points.
+  /// @param inverse as for pose_covariance()
+  [[nodiscard]] double parameters_from_turns(const Eigen::Matrix<double, 9, 9>& inverse) const;
 
   /// Covariance of one view's pose, by the increments (w, v) of x_cam' = exp(w) x_cam + v.
   /// @param inverse   covariance of the intrinsics for true sigmas, without offsets; 0 where held
@@ -121,6 +134,7 @@ class Refiner {
   [[nodiscard]] int iterations() const { return iterations_; }
   [[nodiscard]] StopReason reason() const { return reason_; }
   [[nodiscard]] std::size_t points_used() const { return points_used_; }
+  [[nodiscard]] std::size_t num_turns() const { return data_.relative.size(); }
   [[nodiscard]] std::size_t points_lost() const { return points_lost_; }
 
  private:
@@ -132,7 +146,15 @@ class Refiner {
   [[nodiscard]] double aspect_precision() const;
   template <class Visit>
   void visit_points(std::size_t view, double knee, const Visit& visit) const;
-  bool pose_solution(std::size_t view, Mat69* eliminated, Mat6* inverse) const;
+  bool pose_solution(std::size_t view, Mat69* eliminated, Mat6* own, Mat6* partner) const;
+  [[nodiscard]] double turn_precision(std::size_t turn) const;
+  void pair_views();
+  void gather(std::size_t view, PoseGroup<6>* out) const;
+  void gather(std::size_t view, PoseGroup<12>* out) const;
+  template <int N>
+  bool eliminate(std::size_t view, double damping, ReducedSystem* system) const;
+  template <int N>
+  void move_poses(std::size_t view, const Vec9& delta, double* predicted, double* largest_step);
   void standardise_view(std::size_t index, const Eigen::Matrix<double, 9, 9>& covariance, Span<float> out) const;
   bool reduce(double damping, ReducedSystem* out) const;
   bool solve_damped(Vec9* delta) const;

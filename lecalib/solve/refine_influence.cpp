@@ -44,12 +44,25 @@ void Refiner::visit_points(std::size_t index, double knee, const Visit& visit) c
   }
 }
 
-/// inv(C) E and inv(C) of a view.
-bool Refiner::pose_solution(std::size_t view, Mat69* eliminated, Mat6* inverse) const {
-  Cholesky<6> factor;
-  if (!factor.factor(pose_block_of(views_[view]), kMinPosePivot)) return false;
-  *eliminated = factor.solve(cross_block_of(views_[view]));
-  *inverse = factor.solve(Mat6(Mat6::Identity()));
+/// A view's rows of inv(C) E, and its blocks of inv(C) with itself and with its partner (0 where it has none).
+bool Refiner::pose_solution(std::size_t view, Mat69* eliminated, Mat6* own, Mat6* partner) const {
+  if (views_[view].partner == kNoView) {
+    Cholesky<6> factor;
+    if (!factor.factor(pose_block_of(views_[view]), kMinPosePivot)) return false;
+    *eliminated = factor.solve(cross_block_of(views_[view]));
+    *own = factor.solve(Mat6(Mat6::Identity()));
+    partner->setZero();
+    return true;
+  }
+  PoseGroup<12> group;
+  gather(view, &group);
+  Cholesky<12> factor;
+  if (!factor.factor(group.block, kMinPosePivot)) return false;
+  *eliminated = factor.solve(group.cross).topRows<6>();
+  const Eigen::Matrix<double, 12, 6> columns =
+      factor.solve(Eigen::Matrix<double, 12, 6>(Eigen::Matrix<double, 12, 6>::Identity()));
+  *own = columns.topRows<6>();
+  *partner = columns.bottomRows<6>().transpose();
   return true;
 }
 
@@ -58,8 +71,9 @@ void Refiner::line_responses(Span<LineResponse> responses) const {
   const double knee = radius_of_slope(camera_, kKneeSlope);
   for (std::size_t v = 0; v < views_.size(); ++v) {
     Mat69 eliminated;
-    Mat6 inverse;
-    if (!views_[v].used || !pose_solution(v, &eliminated, &inverse)) continue;
+    Mat6 own;
+    Mat6 partner;
+    if (!views_[v].used || !pose_solution(v, &eliminated, &own, &partner)) continue;
     visit_points(v, knee, [&](std::size_t i, const LineResidual& residual, double weight) {
       if (is_left_out(data_, i)) return;
       Eigen::Map<Vec9> gradient(responses[data_.points[i].line].gradient);
@@ -71,18 +85,23 @@ void Refiner::line_responses(Span<LineResponse> responses) const {
 bool Refiner::pose_covariance(std::size_t view, const Eigen::Matrix<double, 9, 9>& inverse, double scale,
                               double offset_px, Span<LineResponse> responses, Mat6* out) const {
   Mat69 eliminated;
-  Mat6 alone;
-  if (!pose_solution(view, &eliminated, &alone)) return false;
+  Mat6 own;
+  Mat6 partner;
+  if (!pose_solution(view, &eliminated, &own, &partner)) return false;
   const Mat69 spread = eliminated.lazyProduct(inverse);
-  *out = scale * (alone + Mat6(spread.lazyProduct(eliminated.transpose())));
+  *out = scale * (own + Mat6(spread.lazyProduct(eliminated.transpose())));
   if (!(offset_px > 0.0)) return true;
   for (LineResponse& response : responses) Eigen::Map<Vec6>(response.pose).setZero();
-  visit_points(view, radius_of_slope(camera_, kKneeSlope),
-               [&](std::size_t i, const LineResidual& residual, double weight) {
-                 if (is_left_out(data_, i)) return;
-                 Eigen::Map<Vec6> pose(responses[data_.points[i].line].pose);
-                 pose += weight * alone.lazyProduct(residual.d_pose.transpose());
-               });
+  const double knee = radius_of_slope(camera_, kKneeSlope);
+  const auto add_view = [&](std::size_t of, const Mat6& block) {
+    visit_points(of, knee, [&](std::size_t i, const LineResidual& residual, double weight) {
+      if (is_left_out(data_, i)) return;
+      Eigen::Map<Vec6> pose(responses[data_.points[i].line].pose);
+      pose += weight * block.lazyProduct(residual.d_pose.transpose());
+    });
+  };
+  add_view(view, own);
+  if (views_[view].partner != kNoView) add_view(views_[view].partner, partner);
   for (const LineResponse& response : responses) {
     const Vec6 shift = offset_px * (Eigen::Map<const Vec6>(response.pose) -
                                     Vec6(eliminated.lazyProduct(Eigen::Map<const Vec9>(response.shift))));
@@ -112,7 +131,8 @@ void Refiner::standardise_view(std::size_t index, const Eigen::Matrix<double, 9,
   const View& span = data_.views[index];
   Mat69 eliminated;
   Mat6 pose_covariance;
-  if (!pose_solution(index, &eliminated, &pose_covariance)) return;
+  Mat6 partner;
+  if (!pose_solution(index, &eliminated, &pose_covariance, &partner)) return;
   for (std::size_t i = span.first; i < span.first + span.count; ++i) out[i] = residuals_[i];
   visit_points(index, radius_of_slope(camera_, kKneeSlope),
                [&](std::size_t i, const LineResidual& residual, double weight) {

@@ -108,6 +108,54 @@ TEST_CASE("lecalib calibrate: --distortion names the model, and k3 goes only wit
   CHECK(with({"--distortion", "fisheye"}).exit_code != 0);
 }
 
+TEST_CASE("lecalib calibrate: --gyro ties views in pairs, and needs their times") {
+  const TemporaryFolder folder;
+  const auto box = make_target("box:0.4x0.3x0.25");
+  REQUIRE(box.ok());
+  const std::string text = box_observations(box.value());
+  std::string timed;  // views v0 to v3 at 0, 20, 40 and 60 ms
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = text.find('\n', begin);
+    const std::string row = text.substr(begin, end - begin);
+    timed += row + (begin == 0 ? ",t_us" : "," + std::to_string(20000 * (row[1] - '0'))) + "\n";
+    begin = end + 1;
+  }
+  REQUIRE_FALSE(write_file(folder / "o.csv", text));
+  REQUIRE_FALSE(write_file(folder / "timed.csv", timed));
+  // R = Rx(tilt) Ry(-yaw) with a yaw that grows by 0.25 and a tilt that falls by 0.1 rad in 20 ms.
+  std::string gyro = "t_us,wx,wy,wz\n";
+  for (int t_ms = 0; t_ms <= 60; t_ms += 5) {
+    const double tilt = 0.4 - 0.1 * t_ms / 20.0;
+    const double yaw_rate = 12.5;
+    gyro += std::to_string(1000 * t_ms) + "," + shortest(5.0) + "," + shortest(yaw_rate * std::cos(tilt)) + "," +
+            shortest(yaw_rate * std::sin(tilt)) + "\n";
+  }
+  REQUIRE_FALSE(write_file(folder / "gyro.csv", gyro));
+  const auto with = [&](const std::string& observations, std::initializer_list<std::string> more) {
+    std::vector<std::string> all = {
+        "calibrate", "--observations", folder / observations, "--target", "box:0.4x0.3x0.25", "--sensor",
+        "640x480",   "--out",          folder / "out"};
+    all.insert(all.end(), more);
+    return run_lecalib(all);
+  };
+  REQUIRE(with("timed.csv", {}).exit_code == 0);
+  const auto without = json_of(folder / "out/calibration.json");
+  const CommandRun run = with("timed.csv", {"--gyro", folder / "gyro.csv", "--gyro-bias", "0.001"});
+  CHECK(run.err == "");
+  REQUIRE(run.exit_code == 0);
+  const auto tied = json_of(folder / "out/calibration.json");
+  CHECK(tied["diagnostics"]["counts"]["turns"] == 2);
+  CHECK(tied["views"][1]["t_us"] == 20000);
+  // Were the axes or signs of the gyro wrong, the camera would be far off.
+  CHECK(std::abs(tied["cameras"][0]["fx"].get<double>() - kFocal) < 0.5);
+  CHECK(tied["cameras"][0]["sigma"]["fx"].get<double>() <= without["cameras"][0]["sigma"]["fx"].get<double>());
+  const CommandRun timeless = with("o.csv", {"--gyro", folder / "gyro.csv"});
+  CHECK(timeless.exit_code != 0);
+  CHECK(timeless.err.find("--gyro needs the times of the views: a column t_us") != std::string::npos);
+  CHECK(with("timed.csv", {"--gyro", folder / "missing.csv"}).exit_code != 0);
+  CHECK(with("timed.csv", {"--gyro", folder / "gyro.csv", "--gyro-noise", "-1"}).exit_code != 0);
+}
+
 TEST_CASE("lecalib calibrate: a line of another name is left out and told, and kept with --trust-lines") {
   const TemporaryFolder folder;
   const auto box = make_target("box:0.4x0.3x0.25");

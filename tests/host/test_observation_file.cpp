@@ -54,6 +54,25 @@ TEST_CASE("without sigma_px every point counts alike") {
   CHECK(result.value().points[0].sigma_px == kDefaultSigmaPx);
 }
 
+TEST_CASE("a column t_us gives each view its time, with and without sigma_px") {
+  const auto result = parse("view,line,u_px,v_px,t_us\nb,top,1,2,500\na,top,1,2,20\nb,top,3,4,500\na,top,3,4,20\n");
+  REQUIRE(result.ok());
+  CHECK(result.value().has_times);
+  CHECK_FALSE(result.value().has_sigma);
+  CHECK(result.value().views[0].t_us == 500);
+  CHECK(result.value().views[1].t_us == 20);
+  const std::string head = "view,line,u_px,v_px,sigma_px,t_us\n";
+  const auto both = parse(head + "b,top,1,2,0.5,7\nb,top,3,4,0.25,7\n");
+  REQUIRE(both.ok());
+  CHECK(both.value().has_sigma);
+  CHECK(both.value().views[0].t_us == 7);
+  CHECK(both.value().points[1].sigma_px == 0.25);
+  CHECK(error_of(head + "b,top,1,2,1,7\nb,top,3,4,1,8\n") == "o.csv:3:13: the view had the time 7 before, found '8'");
+  CHECK(error_of(head + "b,top,1,2,1,-7\n") == "o.csv:2:13: expected a whole number of microseconds, found '-7'");
+  CHECK(error_of(head + "b,top,1,2,1,99999999999999999\n").find("whole number") != std::string::npos);
+  CHECK(error_of("view,line,u_px,v_px,t_us,sigma_px\n").find("expected the header") != std::string::npos);
+}
+
 TEST_CASE("points a little beside the image are kept") {
   CHECK(error_of(std::string(kHeader) + "0,top,-20,2\n0,top,3,500\n") == "no error");
 }
@@ -61,8 +80,9 @@ TEST_CASE("points a little beside the image are kept") {
 TEST_CASE("a broken table names its line, column and what was expected") {
   const std::string head(kHeader);
   const std::string good = head + "0,top,1,2\n0,top,3,4\n";
-  CHECK(error_of("") == "o.csv: expected the header 'view,line,u_px,v_px[,sigma_px]', found nothing");
-  CHECK(error_of("0,top,1,2\n") == "o.csv:1: expected the header 'view,line,u_px,v_px[,sigma_px]', found '0,top,1,2'");
+  CHECK(error_of("") == "o.csv: expected the header 'view,line,u_px,v_px[,sigma_px][,t_us]', found nothing");
+  CHECK(error_of("0,top,1,2\n") ==
+        "o.csv:1: expected the header 'view,line,u_px,v_px[,sigma_px][,t_us]', found '0,top,1,2'");
   CHECK(error_of(head) == "o.csv:1: expected rows below the header, found none");
   CHECK(error_of(good + "0,top,1\n") == "o.csv:4: expected 4 fields, found 3");
   CHECK(error_of(good + "0,top,1,2,3\n") == "o.csv:4: expected 4 fields, found 5");

@@ -3,12 +3,11 @@
 /// elimination from finite differences of all residuals.
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <vector>
 
-#include "lecalib/math/line_projection.hpp"
 #include "lecalib/solve/covariance.hpp"
+#include "support/dense_problem.hpp"
 #include "support/solver_run.hpp"
 #include "support/synthetic_views.hpp"
 
@@ -27,70 +26,6 @@ SyntheticViews views_in_space(int count, double noise_px, double sigma_px, std::
     s.add_view(test::looking_pose(scene_rng, 3.0, 0.5), 3, noise_px, sigma_px, noise_rng);
   }
   return s;
-}
-
-struct State {
-  Camera camera;
-  std::vector<Pose> poses;
-};
-
-/// All residuals over their sigmas; `x` moves the nine intrinsics and six increments of each pose.
-Eigen::VectorXd residuals(const SyntheticViews& s, const State& at, const Eigen::VectorXd& x) {
-  Camera camera = at.camera;
-  for (std::size_t k = 0; k < kNumIntrinsics; ++k) camera.*kIntrinsics[k] += x(static_cast<Eigen::Index>(k));
-  Eigen::VectorXd r(static_cast<Eigen::Index>(s.points.size()));
-  for (std::size_t v = 0; v < s.views.size(); ++v) {
-    const Vec3 w = x.segment<3>(static_cast<Eigen::Index>(9 + 6 * v));
-    const Vec3 move = x.segment<3>(static_cast<Eigen::Index>(12 + 6 * v));
-    const Mat3 R = so3_exp(w) * rotation_of(at.poses[v]);
-    const Vec3 t = so3_exp(w) * translation_of(at.poses[v]) + move;
-    for (std::size_t i = s.views[v].first; i < s.views[v].first + s.views[v].count; ++i) {
-      LineResidual residual;
-      REQUIRE(line_residual(camera, valid_radius(camera), line_in_camera(R, t, s.model[s.points[i].line]),
-                            Vec2(s.points[i].u_px, s.points[i].v_px), &residual));
-      r(static_cast<Eigen::Index>(i)) = residual.value_px / s.points[i].sigma_px;
-    }
-  }
-  return r;
-}
-
-/// The covariance of (intrinsics, w_0, t_0, w_1, t_1, ...), held intrinsics without any.
-Eigen::MatrixXd dense_covariance(const SyntheticViews& s, const State& at, const ParameterPolicy& policy,
-                                 double offset_px) {
-  const auto n = static_cast<Eigen::Index>(9 + 6 * s.views.size());
-  Eigen::MatrixXd J(static_cast<Eigen::Index>(s.points.size()), n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const double h = k < 4 ? 1e-3 : 1e-5;
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(n);
-    step(k) = h;
-    J.col(k) = (residuals(s, at, step) - residuals(s, at, -step)) / (2.0 * h);
-  }
-  Eigen::MatrixXd N = J.transpose() * J;
-  for (Eigen::Index k = 0; k < 9; ++k) {
-    const double sd = policy.prior_sd[k];
-    if (sd > 0.0) N(k, k) += 1.0 / (sd * sd);
-    if (policy.free[k]) continue;
-    N.row(k).setZero();
-    N.col(k).setZero();
-    N(k, k) = 1e30;
-    J.col(k).setZero();
-  }
-  const Eigen::MatrixXd inverse = N.inverse();
-  Eigen::MatrixXd covariance = inverse;
-  for (std::size_t line = 0; line < s.model.size(); ++line) {
-    Eigen::VectorXd offset = Eigen::VectorXd::Zero(J.rows());
-    for (std::size_t i = 0; i < s.points.size(); ++i) {
-      if (s.points[i].line == line) offset(static_cast<Eigen::Index>(i)) = offset_px / s.points[i].sigma_px;
-    }
-    const Eigen::VectorXd shift = inverse * (J.transpose() * offset);
-    covariance += shift * shift.transpose();
-  }
-  Eigen::MatrixXd to_translation = Eigen::MatrixXd::Identity(n, n);  // t = exp(w) t + v
-  for (std::size_t v = 0; v < s.views.size(); ++v) {
-    to_translation.block<3, 3>(static_cast<Eigen::Index>(12 + 6 * v), static_cast<Eigen::Index>(9 + 6 * v)) =
-        -hat(translation_of(at.poses[v]));
-  }
-  return to_translation * covariance * to_translation.transpose();
 }
 
 TEST_CASE("pose covariance: it is that of the full normal equations, with priors, held parameters and line offsets") {
@@ -120,9 +55,9 @@ TEST_CASE("pose covariance: it is that of the full normal equations, with priors
     REQUIRE(compute_covariance(refiner, policy, options, views.size(), responses, &result, &spread) == Status::ok);
     REQUIRE(result.chi2_per_dof < 1.0);  // so that nothing is widened
 
-    State at{refiner.camera(), {}};
+    test::DenseState at{refiner.camera(), {}};
     for (const RefineView& view : views) at.poses.push_back(view.pose);
-    const Eigen::MatrixXd expected = dense_covariance(s, at, policy, offset_px);
+    const Eigen::MatrixXd expected = test::dense_covariance(s.data(), at, policy, offset_px);
     for (Eigen::Index i = 0; i < 9; ++i) {
       if (policy.free[i]) CHECK(result.sigma[i] == doctest::Approx(std::sqrt(expected(i, i))).epsilon(1e-4));
     }

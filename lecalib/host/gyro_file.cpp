@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/host/gyro_file.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "lecalib/host/file_io.hpp"
+#include "lecalib/host/text.hpp"
+
+namespace lecalib::host {
+namespace {
+
+constexpr const char* kHeader = "t_us,wx,wy,wz";
+constexpr std::size_t kColumns = 4;
+
+MaybeError check_header(std::string_view line) {
+  static constexpr std::string_view kNames[kColumns] = {"t_us", "wx", "wy", "wz"};
+  const std::vector<Field> fields = split(line, ',');
+  bool right = fields.size() == kColumns;
+  for (std::size_t i = 0; right && i < kColumns; ++i) right = fields[i].text == kNames[i];
+  if (!right) return Error{std::string("expected the header '") + kHeader + "', found " + quoted(line)};
+  return std::nullopt;
+}
+
+/// Times below are exact as doubles.
+constexpr double kMaxTime = 9e15;
+
+MaybeError add_row(std::string_view line, std::vector<GyroSample>* samples) {
+  const std::vector<Field> fields = split(line, ',');
+  if (fields.size() != kColumns) {
+    return Error{"expected " + std::to_string(kColumns) + " fields, found " + std::to_string(fields.size())};
+  }
+  double values[kColumns];
+  for (std::size_t i = 0; i < kColumns; ++i) {
+    const std::optional<double> value = parse_number(fields[i].text);
+    if (!value || (i == 0 && !(*value > -kMaxTime && *value < kMaxTime))) {
+      return Error{"expected a finite number, found " + quoted(fields[i].text), "", 0, fields[i].column};
+    }
+    values[i] = *value;
+  }
+  const GyroSample sample{static_cast<std::int64_t>(values[0]), {values[1], values[2], values[3]}};
+  if (!samples->empty() && sample.t_us <= samples->back().t_us) {
+    return Error{"expected a time above the last one, found " + quoted(fields[0].text), "", 0, fields[0].column};
+  }
+  samples->push_back(sample);
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<std::vector<GyroSample>> parse_gyro(std::string_view text, const std::string& file_name) {
+  std::vector<GyroSample> samples;
+  LineReader reader(text);
+  std::string_view raw;
+  bool has_header = false;
+  while (reader.next(&raw)) {
+    const std::string_view line = without_comment(raw);
+    if (line.empty()) continue;
+    const MaybeError error = has_header ? add_row(line, &samples) : check_header(line);
+    if (error) return Error{error->message, file_name, reader.number(), error->column};
+    has_header = true;
+  }
+  if (!has_header) return Error{std::string("expected the header '") + kHeader + "', found nothing", file_name};
+  if (samples.empty()) return Error{"expected rows below the header, found none", file_name, reader.number()};
+  return samples;
+}
+
+Result<std::vector<GyroSample>> read_gyro(const std::string& path) {
+  const Result<std::string> text = read_text_file(path);
+  if (!text.ok()) return text.error();
+  return parse_gyro(text.value(), path);
+}
+
+std::vector<RelativePrior> pair_views(const GyroOptions& options, Span<const GyroSample> samples,
+                                      Span<const View> views) {
+  std::vector<std::uint32_t> order(views.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [views](std::uint32_t a, std::uint32_t b) { return views[a].t_us < views[b].t_us; });
+  std::vector<RelativePrior> priors;
+  for (std::size_t i = 0; i + 1 < order.size(); i += 2) {
+    RelativePrior prior;
+    prior.view_a = order[i];
+    prior.view_b = order[i + 1];
+    if (integrate_gyro(options, samples, views[prior.view_a].t_us, views[prior.view_b].t_us, &prior) == Status::ok) {
+      priors.push_back(prior);
+    }
+  }
+  return priors;
+}
+
+}  // namespace lecalib::host
