@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
@@ -12,6 +13,7 @@
 #include "lecalib/host/file_io.hpp"
 #include "lecalib/host/model_file.hpp"
 #include "lecalib/host/text.hpp"
+#include "lecalib/math/so3.hpp"
 #include "support/run_command.hpp"
 #include "support/shared_data.hpp"
 #include "support/temporary_folder.hpp"
@@ -154,6 +156,46 @@ TEST_CASE("lecalib calibrate: --gyro ties views in pairs, and needs their times"
   CHECK(timeless.err.find("--gyro needs the times of the views: a column t_us") != std::string::npos);
   CHECK(with("timed.csv", {"--gyro", folder / "missing.csv"}).exit_code != 0);
   CHECK(with("timed.csv", {"--gyro", folder / "gyro.csv", "--gyro-noise", "-1"}).exit_code != 0);
+}
+
+TEST_CASE("lecalib calibrate: a gyro tells the turns of a recording's windows, in the axes and on the clock it says") {
+  const auto data = shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const TemporaryFolder folder;
+  const std::string recording = (*data / "sim" / "02_box_davis346_sweep").string();
+  const auto truth = json_of(recording + "/truth.json");
+  const auto times = truth["poses"]["t_us"].get<std::vector<double>>();
+  const auto turns = truth["poses"]["q_wxyz"].get<std::vector<std::vector<double>>>();
+  const auto rotation = [&](std::size_t i) {
+    return Eigen::Quaterniond(turns[i][0], turns[i][1], turns[i][2], turns[i][3]).toRotationMatrix();
+  };
+  std::string gyro = "t_us,wx,wy,wz\n";
+  for (std::size_t i = 0; i + 1 < times.size(); ++i) {
+    const lecalib::Vec3 rate =
+        -lecalib::so3_log(rotation(i + 1) * rotation(i).transpose()) / (1e-6 * (times[i + 1] - times[i]));
+    gyro += std::to_string(std::llround(0.5 * (times[i] + times[i + 1])));
+    for (int k = 0; k < 3; ++k) gyro += "," + shortest(rate(k));
+    gyro += "\n";
+  }
+  REQUIRE_FALSE(write_file(folder / "gyro.csv", gyro));
+  const CommandRun run =
+      run_lecalib({"calibrate", recording + "/events.raw", "--model", recording + "/model.txt", "--gyro",
+                   folder / "gyro.csv", "--gyro-bias", "1e-4", "--gyro-noise", "1e-4", "--out", folder / "out"});
+  CHECK(run.err == "");
+  REQUIRE(run.exit_code == 0);
+  const auto result = json_of(folder / "out/calibration.json");
+  CHECK(result["diagnostics"]["counts"]["turns"].get<int>() + 4 >=
+        result["diagnostics"]["counts"]["windows_matched"].get<int>());  // windows at the ends may lie outside
+  // Turns of wrong axes, signs or times would contradict the lines by many sigma.
+  const auto& camera = result["cameras"][0];
+  for (const char* name : {"fx", "fy", "cx", "cy"}) {
+    const double error = camera[name].get<double>() - truth["camera"][name].get<double>();
+    CHECK(std::abs(error) < 4 * camera["sigma"][name].get<double>());
+  }
+  CHECK(camera["rms_px"].get<double>() < 1.0);
 }
 
 TEST_CASE("lecalib calibrate: a line of another name is left out and told, and kept with --trust-lines") {
