@@ -36,6 +36,17 @@ class Cholesky {
     return true;
   }
 
+  /// inverse(L) b with a = L L', so that its squared norm is b' inverse(a) b.
+  [[nodiscard]] Eigen::Matrix<double, N, 1> whiten(const Eigen::Matrix<double, N, 1>& b) const {
+    Eigen::Matrix<double, N, 1> x;
+    for (int i = 0; i < N; ++i) {
+      double sum = b(i) * scale_(i);
+      for (int k = 0; k < i; ++k) sum -= L_(i, k) * x(k);
+      x(i) = sum * inverse_(i);
+    }
+    return x;
+  }
+
   /// inverse(a) b for M right-hand sides.
   template <int M>
   [[nodiscard]] Eigen::Matrix<double, N, M> solve(const Eigen::Matrix<double, N, M>& b) const {

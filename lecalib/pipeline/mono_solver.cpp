@@ -9,41 +9,17 @@
 namespace lecalib {
 namespace {
 
-/// Lines that a view with a given pose needs to add anything to six pose parameters.
-constexpr std::size_t kMinPosedLines = 3;
-
-/// Fewer degrees of freedom than this say nothing about the scale of the residuals.
-constexpr double kMinScaleDof = 10.0;
-
 /// Where the refinement by squares may stop: it only gives the scale of the residuals and a start for what follows.
 constexpr double kSquaresTolerance = 1e-3;
 
-/// Spread, in sigmas, below which residuals are rounding.
-constexpr double kMinSpread = 1e-6;
-
 /// A residual of so many robust sigmas is no accident among the points of a calibration.
 constexpr double kWrongSpreads = 5.0;
-
-/// Largest residual, robust sigmas, of a right point: one in 10^4 has more.
-constexpr double kRightSpreads = 5.0;
-
-/// Of the largest residual of a view: what is below is judged anew once the worst are out.
-constexpr double kShareOfWorst = 0.5;
 
 /// Rounds of sorting lines and solving anew, at most; two or three settle it.
 constexpr int kMaxSortings = 16;
 
 /// Sigma of a Gaussian over the median of its absolute value.
 constexpr double kGaussianOverMedian = 1.4826;
-
-std::size_t count_lines(const CalibrationData& data, const View& view, Span<LineMoments> moments) {
-  for (LineMoments& m : moments) m.count = 0;
-  std::size_t lines = 0;
-  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
-    if (!is_left_out(data, i) && moments[data.points[i].line].count++ == 0) ++lines;
-  }
-  return lines;
-}
 
 }  // namespace
 
@@ -267,49 +243,6 @@ Status MonoSolver::step_ransac() {
   guess_.init(data_, options_.guess, workspace_.guess);
   phase_ = Phase::guess;
   return Status::in_progress;
-}
-
-/// Sorts points and lines of the views used by their standardised residuals: a point beyond the limit is wrong, and
-/// with it the whole line where no more than half of the line's points are right. @return whether one has changed sides
-bool MonoSolver::sort_lines() {
-  const Span<float> standardised = workspace_.feet;  // the next refinement begins without
-  if (!refiner_.standardised_residuals(standardised)) return false;
-  const double spread = spread_of(standardised);
-  const double limit = kRightSpreads * (options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread);
-  bool changed = false;
-  for (std::size_t v = 0; v < data_.views.size(); ++v) {
-    if (workspace_.guess.views[v].used && sort_view(v, standardised, limit)) changed = true;
-  }
-  return changed;
-}
-
-bool MonoSolver::sort_view(std::size_t index, Span<const float> standardised, double limit) {
-  const View& view = data_.views[index];
-  const Span<LineMoments> moments = workspace_.guess.moments;
-  // The worst ones spoil what the others leave, so they go first.
-  double worst = 0.0;
-  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
-    if (workspace_.left_out[i] == 0) worst = std::max(worst, std::abs(static_cast<double>(standardised[i])));
-  }
-  const auto is_wrong = [&](std::size_t i) {
-    const double size = std::abs(static_cast<double>(standardised[i]));
-    return size > limit && (workspace_.left_out[i] != 0 || size > kShareOfWorst * worst);
-  };
-  for (LineMoments& m : moments) m = {};
-  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
-    LineMoments& m = moments[data_.points[i].line];
-    ++m.count;
-    if (is_wrong(i)) m.x += 1.0;
-  }
-  bool changed = false;
-  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
-    const LineMoments& m = moments[data_.points[i].line];
-    const std::uint8_t wrong = 2.0 * m.x >= m.count || is_wrong(i) ? 1 : 0;
-    changed = changed || wrong != workspace_.left_out[i];
-    workspace_.left_out[i] = wrong;
-  }
-  if (count_lines(data_, view, moments) < kMinPosedLines) workspace_.guess.views[index].used = false;
-  return changed;
 }
 
 /// Covariance and plausibility. A refinement that crawls along a valley has not failed, its parameter is undetermined.

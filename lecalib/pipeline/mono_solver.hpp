@@ -112,6 +112,13 @@ class MonoSolver {
   [[nodiscard]] Span<const std::uint8_t> left_out() const { return data_.left_out; }
 
  private:
+  /// Lines that a view with a given pose needs to add anything to six pose parameters.
+  static constexpr std::size_t kMinPosedLines = 3;
+  /// Fewer degrees of freedom than this say nothing about the scale of the residuals.
+  static constexpr double kMinScaleDof = 10.0;
+  /// Spread, in sigmas, below which residuals are rounding.
+  static constexpr double kMinSpread = 1e-6;
+
   enum class Phase : std::uint8_t { idle, guess, refine, refine_robust, ransac, done };
 
   void take_start(const MonoStart& start);
@@ -121,7 +128,9 @@ class MonoSolver {
   Status step_ransac();
   bool has_wrong_lines();
   bool sort_lines();
-  bool sort_view(std::size_t index, Span<const float> standardised, double limit);
+  void judge_view(const ReducedSystem& system, std::size_t index, double spread, Span<float> sizes);
+  [[nodiscard]] double line_size(const ReducedSystem& system, std::size_t view, std::size_t line, double spread) const;
+  bool sort_view(std::size_t index, Span<const float> sizes);
   double fitted_spread();
   double spread_of(Span<const float> residuals);
   [[nodiscard]] std::size_t points_in_use(const View& view) const;

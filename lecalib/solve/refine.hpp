@@ -128,6 +128,13 @@ class Refiner {
   /// @return false where the equations are singular
   bool standardised_residuals(Span<float> out) const;
 
+  /// How badly one line of a view fits all others: the squares of its residuals from the solution without it, over what
+  /// those and that solution's spread explain; chi-squared of as many degrees of freedom as it has points in an image,
+  /// where it is right. To first order, so that a line that is in use need not be taken out for it.
+  /// @param[out] points those with a residual: in use, or all of a line left out
+  /// @return 0 where the others leave the solution open
+  double line_misfit(const ReducedSystem& system, std::size_t view, std::uint16_t line, std::size_t* points) const;
+
   [[nodiscard]] const Camera& camera() const { return camera_; }
   [[nodiscard]] double cost() const { return cost_; }            ///< sum of rho over points, priors included
   [[nodiscard]] double data_cost() const { return data_cost_; }  ///< without the priors
@@ -145,7 +152,7 @@ class Refiner {
   [[nodiscard]] double prior_precision(std::size_t i) const;
   [[nodiscard]] double aspect_precision() const;
   template <class Visit>
-  void visit_points(std::size_t view, double knee, const Visit& visit) const;
+  void visit_points(std::size_t view, double knee, const Visit& visit, std::uint32_t only_line = kNoView) const;
   bool pose_solution(std::size_t view, Mat69* eliminated, Mat6* own, Mat6* partner) const;
   [[nodiscard]] double turn_precision(std::size_t turn) const;
   void pair_views();

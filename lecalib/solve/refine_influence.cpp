@@ -18,9 +18,9 @@ constexpr double kMinLeft = 1e-3;
 }  // namespace
 
 /// Calls visit(point index, residual, its loss weight over sigma^2) for all points of a view whose line has an image,
-/// also for those left out.
+/// also for those left out; or only for those of one line.
 template <class Visit>
-void Refiner::visit_points(std::size_t index, double knee, const Visit& visit) const {
+void Refiner::visit_points(std::size_t index, double knee, const Visit& visit, std::uint32_t only_line) const {
   const View& span = data_.views[index];
   const Mat3 R = rotation_of(views_[index].pose);
   const Vec3 t = translation_of(views_[index].pose);
@@ -30,6 +30,7 @@ void Refiner::visit_points(std::size_t index, double knee, const Visit& visit) c
   bool visible = false;
   for (std::size_t i = span.first; i < span.first + span.count; ++i) {
     const LinePoint& point = data_.points[i];
+    if (only_line != kNoView && point.line != only_line) continue;
     if (point.line != held_line) {
       held_line = point.line;
       line = line_in_camera(R, t, data_.model[held_line]);
@@ -134,14 +135,69 @@ void Refiner::standardise_view(std::size_t index, const Eigen::Matrix<double, 9,
   Mat6 partner;
   if (!pose_solution(index, &eliminated, &pose_covariance, &partner)) return;
   for (std::size_t i = span.first; i < span.first + span.count; ++i) out[i] = residuals_[i];
-  visit_points(index, radius_of_slope(camera_, kKneeSlope),
-               [&](std::size_t i, const LineResidual& residual, double weight) {
-                 const Vec9 a = (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
-                 const Vec6 p = residual.d_pose.transpose();
-                 const double variance = a.dot(covariance.lazyProduct(a)) + p.dot(pose_covariance.lazyProduct(p));
-                 const double left = is_left_out(data_, i) ? 1.0 : std::max(1.0 - weight * variance, kMinLeft);
-                 out[i] = static_cast<float>(residual.value_px / (data_.points[i].sigma_px * std::sqrt(left)));
-               });
+  visit_points(
+      index, radius_of_slope(camera_, kKneeSlope), [&](std::size_t i, const LineResidual& residual, double weight) {
+        const Vec9 a = (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
+        const Vec6 p = residual.d_pose.transpose();
+        const double variance = a.dot(covariance.lazyProduct(a)) + p.dot(pose_covariance.lazyProduct(p));
+        const double sigma = data_.points[i].sigma_px;
+        const double left =
+            is_left_out(data_, i) ? 1.0 + variance / (sigma * sigma) : std::max(1.0 - weight * variance, kMinLeft);
+        out[i] = static_cast<float>(residual.value_px / (sigma * std::sqrt(left)));
+      });
+}
+
+/// With the rows B of the line's whitened derivatives (all parameters together have the covariance I), its weights W
+/// and residuals r: without the line the parameters are off by y = inv(I - B'WB) B'Wr, its residuals r + B y, and their
+/// covariance I + B inv(I - B'WB) B', whose inverse is I - B inv(I - B'WB + B'B) B'.
+double Refiner::line_misfit(const ReducedSystem& system, std::size_t view, std::uint16_t line,
+                            std::size_t* points) const {
+  using Vec15 = Eigen::Matrix<double, 15, 1>;
+  using Mat15 = Eigen::Matrix<double, 15, 15>;
+  *points = 0;
+  Mat69 eliminated;
+  Mat6 own;
+  Mat6 partner;
+  Cholesky<9> intrinsics;
+  Cholesky<6> pose;
+  if (!intrinsics.factor(system.matrix) || !pose_solution(view, &eliminated, &own, &partner) || !pose.factor(own) ||
+      !pose.factor(pose.solve(Mat6(Mat6::Identity())))) {
+    return 0.0;
+  }
+  Mat15 all = Mat15::Zero();
+  Mat15 without = Mat15::Identity();
+  Vec15 seen = Vec15::Zero();
+  Vec15 pull = Vec15::Zero();
+  double squares = 0.0;
+  bool any_used = false;
+  const View& span = data_.views[view];
+  for (std::size_t i = span.first; i < span.first + span.count; ++i) {
+    any_used = any_used || (data_.points[i].line == line && !is_left_out(data_, i));
+  }
+  const auto add_point = [&](std::size_t i, const LineResidual& residual, double weight) {
+    if (any_used && is_left_out(data_, i)) return;
+    const double sigma = data_.points[i].sigma_px;
+    Vec9 a = (residual.d_intrinsics - residual.d_pose * eliminated).transpose() / sigma;
+    for (Eigen::Index k = 0; k < 9; ++k) a(k) = policy_.free[k] ? a(k) : 0.0;
+    Vec15 row;
+    row << intrinsics.whiten(a), pose.whiten(Vec6(residual.d_pose.transpose() / sigma));
+    const double r = residual.value_px / sigma;
+    const double used = is_left_out(data_, i) ? 0.0 : weight * sigma * sigma;
+    all += row * row.transpose();
+    without -= used * row * row.transpose();
+    seen += r * row;
+    pull -= used * r * row;
+    squares += r * r;
+    ++*points;
+  };
+  visit_points(view, radius_of_slope(camera_, kKneeSlope), add_point, line);
+  Cholesky<15> factor;
+  if (!factor.factor(without, kMinLeft)) return 0.0;
+  const Vec15 moved = -factor.solve(pull);
+  squares += 2.0 * seen.dot(moved) + moved.dot(all.lazyProduct(moved));
+  seen += all.lazyProduct(moved);
+  if (!factor.factor(Mat15(without + all))) return 0.0;
+  return squares - factor.whiten(seen).squaredNorm();
 }
 
 }  // namespace lecalib

@@ -76,4 +76,13 @@ void fit_view_lines(const CalibrationData& data, const View& view, const Straigh
   }
 }
 
+std::size_t count_lines(const CalibrationData& data, const View& view, Span<LineMoments> moments) {
+  for (LineMoments& m : moments) m.count = 0;
+  std::size_t lines = 0;
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    if (!is_left_out(data, i) && moments[data.points[i].line].count++ == 0) ++lines;
+  }
+  return lines;
+}
+
 }  // namespace lecalib

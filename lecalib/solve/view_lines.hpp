@@ -39,4 +39,8 @@ struct LineMoments {
 void fit_view_lines(const CalibrationData& data, const View& view, const Straightening& straightening,
                     Span<LineMoments> moments, Span<ViewLine> lines, std::size_t* count);
 
+/// How many model lines have a point in use in the view.
+/// @param moments one per model line; their counts are those of the points in use
+std::size_t count_lines(const CalibrationData& data, const View& view, Span<LineMoments> moments);
+
 }  // namespace lecalib

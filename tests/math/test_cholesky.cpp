@@ -38,6 +38,18 @@ TEST_CASE("solutions of badly scaled systems leave no residual") {
   }
 }
 
+TEST_CASE("whitened vectors have the squared norm of the inverse's form") {
+  Rng rng(3);
+  for (int i = 0; i < 50; ++i) {
+    const Mat6 A = random_definite(rng);
+    Cholesky<6> factor;
+    REQUIRE(factor.factor(A));
+    Eigen::Matrix<double, 6, 1> b;
+    for (int k = 0; k < 6; ++k) b(k) = rng.uniform(-1.0, 1.0) * std::sqrt(A(k, k));
+    CHECK(factor.whiten(b).squaredNorm() == doctest::Approx(b.dot(factor.solve(b))).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("matrices that are not positive definite are refused") {
   Rng rng(2);
   Cholesky<6> factor;

@@ -26,7 +26,7 @@ Run solve_one(const std::vector<ModelLine>& model, const Pose& pose, int per_lin
   return Run(s.data());
 }
 
-const Pose kTilted = make_pose(so3_exp(Vec3(0.5, -0.4, 0.2)), Vec3(0.1, 0.0, 4.0));
+const Pose kTilted = test::slanted_pose();
 
 TEST_CASE("refused: fewer lines than the unknowns need") {
   Rng rng(61);

@@ -163,8 +163,6 @@ TEST_CASE("known turns: two views of a plane tell the focal length better, and t
     const double error = std::abs(with.result().camera.fx - s.camera.fx) / with.result().sigma[0];
     for (int n = 0; n < 2; ++n) within[n] += error < n + 1 ? 1 : 0;
   }
-  MESSAGE("sigma of fx without " << without_sum / kTrials << " with " << with_sum / kTrials << " within " << within[0]
-                                 << " " << within[1]);
   CHECK(with_sum < 0.8 * without_sum);
   CHECK(std::abs(within[0] / static_cast<double>(kTrials) - 0.683) < 0.08);  // 2.7 percent is one sigma of a share
   CHECK(within[1] / static_cast<double>(kTrials) > 0.92);
@@ -191,7 +189,6 @@ TEST_CASE("known turns: a bias that all windows share does not average out, and 
     const double error = std::abs(run.result().camera.fx - s.camera.fx) / run.result().sigma[0];
     for (int n = 0; n < 2; ++n) within[n] += error < n + 1 ? 1 : 0;
   }
-  MESSAGE("within " << within[0] << " " << within[1] << " of " << kTrials);
   CHECK(std::abs(within[0] / static_cast<double>(kTrials) - 0.683) < 0.12);
   CHECK(within[1] / static_cast<double>(kTrials) > 0.90);
 }

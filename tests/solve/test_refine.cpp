@@ -135,6 +135,33 @@ TEST_CASE("standardised residuals are r / sqrt(1 - h) with the dense equations' 
   }
 }
 
+TEST_CASE("standardised residuals of points left out are r / sqrt(1 + h): a solution far from them knows it") {
+  Problem p = make_problem(3, 0.5, 0.02, 9);
+  std::vector<std::uint8_t> left_out(p.scene.points.size(), 0);
+  for (std::size_t i = 0; i < left_out.size(); i += 7) left_out[i] = 1;
+  CalibrationData data = p.scene.data();
+  data.left_out = left_out;
+  p.residuals.assign(p.scene.points.size(), 0.0F);
+  p.refiner.init(data, no_priors(), {}, p.start, p.views, p.residuals);
+  REQUIRE(p.run() == Status::ok);
+  std::vector<float> standardised(p.scene.points.size());
+  REQUIRE(p.refiner.standardised_residuals(standardised));
+  Eigen::MatrixXd J;
+  Eigen::VectorXd r;
+  dense_system(p, &J, &r);
+  Eigen::MatrixXd free(J.rows(), J.cols() - 1);
+  free << J.leftCols(8), J.rightCols(J.cols() - 9);  // k3 is held
+  Eigen::MatrixXd used = free;
+  for (std::size_t i = 0; i < left_out.size(); ++i) {
+    if (left_out[i] != 0) used.row(static_cast<Eigen::Index>(i)).setZero();
+  }
+  const Eigen::MatrixXd hat = free * (used.transpose() * used).ldlt().solve(free.transpose());
+  for (std::size_t i = 0; i < left_out.size(); i += 7) {
+    const auto k = static_cast<Eigen::Index>(i);
+    CHECK(static_cast<double>(standardised[i]) == doctest::Approx(r(k) / std::sqrt(1.0 + hat(k, k))).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("the Schur complement is that of the dense normal equations") {
   Problem p = make_problem(4, 0.5, 0.02, 3);
   ParameterPolicy policy;

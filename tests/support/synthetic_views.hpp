@@ -108,4 +108,7 @@ inline Pose looking_pose(Rng& rng, double distance, double tilt) {
   return make_pose(so3_exp(w), Vec3(t(0), t(1), distance));
 }
 
+/// A pose that sees a model of a metre or so about the origin at a slant, within the image of make_camera(400, ...).
+inline Pose slanted_pose() { return make_pose(so3_exp(Vec3(0.5, -0.4, 0.2)), Vec3(0.1, 0.0, 4.0)); }
+
 }  // namespace lecalib::test
