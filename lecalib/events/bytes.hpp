@@ -47,11 +47,11 @@ class WordReader {
 
  private:
   static Word load(const std::uint8_t* bytes) noexcept {
-    std::uint32_t word = 0;
-    for (std::size_t i = 0; i < sizeof(Word); ++i) word |= static_cast<std::uint32_t>(bytes[i]) << (8U * i);
+    std::uint64_t word = 0;
+    for (std::size_t i = 0; i < sizeof(Word); ++i) word |= static_cast<std::uint64_t>(bytes[i]) << (8U * i);
     return static_cast<Word>(word);
   }
-  static_assert(sizeof(Word) <= sizeof(std::uint32_t));
+  static_assert(sizeof(Word) <= sizeof(std::uint64_t));
 
   std::uint8_t carry_[sizeof(Word)] = {};
   std::size_t carried_ = 0;

@@ -42,8 +42,8 @@ inline void Evt3Format::take(Word word, EventRoom* room, DecoderStats* stats) no
     case kVect8: take_vector(content & 0xFFU, 8, room, stats); break;
     case kTimeLow: take_time_low(content, stats); break;
     case kTimeHigh: take_time_high(content, stats); break;
+    case kExtTrigger: ++stats->triggers; break;
     case kContinued4:
-    case kExtTrigger:
     case kOthers:
     case kContinued12: ++stats->other_words; break;
     default: ++stats->undefined_words; break;
@@ -99,11 +99,8 @@ inline void Evt3Format::flush(EventRoom* room) noexcept {
 
 inline void Evt3Format::take_time_high(std::uint32_t reading, DecoderStats* stats) noexcept {
   const std::int64_t before = clock_.value();
-  clock_.update(reading);
-  if (clock_.value() == before) return;
-  if (clock_.value() < before) ++stats->time_steps_back;
-  stats->time_wraps = static_cast<std::uint64_t>(clock_.wraps());
-  t_us_ = clock_.value() << kTimeLowBits;
+  take_time(reading, &clock_, stats);
+  if (clock_.value() != before) t_us_ = clock_.value() << kTimeLowBits;
 }
 
 inline void Evt3Format::take_time_low(std::uint32_t reading, DecoderStats* stats) noexcept {

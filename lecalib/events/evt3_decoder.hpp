@@ -17,6 +17,7 @@ class Evt3Format {
   void take(Word word, EventRoom* room, DecoderStats* stats) noexcept;
   void flush(EventRoom* room) noexcept;
   [[nodiscard]] bool is_flushed() const noexcept { return vector_ == 0; }
+  [[nodiscard]] std::size_t held() const noexcept { return 0; }
 
  private:
   void take_row(std::uint32_t row) noexcept;

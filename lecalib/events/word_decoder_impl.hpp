@@ -36,8 +36,9 @@ Status WordDecoder<Format>::finish(Span<Event> out, std::size_t* count) noexcept
   format_.flush(&room);
   *count = static_cast<std::size_t>(room.next - out.begin());
   stats_.events += *count;
-  if (format_.is_flushed() && reader_.carried() > 0) {
-    error_ = {"a whole last word", reader_.offset() - reader_.carried(), 0};
+  const std::size_t unfinished = reader_.carried() + format_.held() * sizeof(typename Format::Word);
+  if (format_.is_flushed() && unfinished > 0) {
+    error_ = {"a whole last word", reader_.offset() - unfinished, 0};
     status_ = Status::malformed_input;
   }
   return status_;
