@@ -4,6 +4,8 @@ option(LECALIB_BUILD_HOST "Build lecalib::host: files, reports, simulator (heap 
 option(LECALIB_BUILD_EXAMPLES "Build the lecalib command and the examples (needs LECALIB_BUILD_HOST)" ${PROJECT_IS_TOP_LEVEL})
 option(LECALIB_BUILD_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
 option(LECALIB_BUILD_FUZZ "Build the libFuzzer targets (needs clang and LECALIB_BUILD_HOST)" OFF)
+option(LECALIB_WITH_LZ4 "Read AEDAT 4 files compressed by LZ4, where the library is there" ON)
+option(LECALIB_WITH_ZSTD "Read AEDAT 4 files compressed by Zstandard, where the library is there" ON)
 option(LECALIB_INSTALL "Make the install target install lecalib" ${PROJECT_IS_TOP_LEVEL})
 option(LECALIB_WARNINGS_AS_ERRORS "Treat warnings in lecalib's own targets as errors" OFF)
 option(LECALIB_COVERAGE "Instrument lecalib's own targets for gcov" OFF)

@@ -32,6 +32,16 @@ SensorSize likely_sensor(SensorSize seen) {
   return seen;
 }
 
+constexpr char kReads[] =
+    "expected Prophesee RAW (EVT2, EVT2.1, EVT3) or DAT, AEDAT 2 or 4, Event Stream 2 or text";
+
+/// What a user can do about a format that is not read.
+const char* advice(std::string_view format) {
+  if (format == "gzip" || format == "zip" || format == "xz" || format == "zstd") return ": unpack it first";
+  const bool is_bag = format == "ROS bag" || format == "SQLite (ROS 2 bag)" || format == "MCAP";
+  return is_bag || format == "HDF5" ? ": the README tells how to convert it" : "";
+}
+
 /// Line `number` of a text file in quotes, for a message.
 std::string quoted_line(const std::string& path, std::uint64_t number) {
   Result<InputFile> input = InputFile::open(path);
@@ -146,11 +156,12 @@ double EventFile::fraction_read() const {
 
 Error EventFile::decode_error(Status status) const {
   const DecodeError& cause = decoder_.error();
-  const std::string expected = std::string("expected ") + cause.expected;
+  std::string expected = std::string("expected ") + cause.expected;
   if (status == Status::unsupported_format) {
-    const bool is_recognised = std::string_view(format_name()) != "unknown";
-    return {
-        expected + ", found " + (is_recognised ? format_name() : "something else"), path(), 0, 0, std::nullopt, status};
+    const std::string_view name = format_name();
+    const std::string found = name == "unknown" ? "something else" : std::string(name);
+    if (name != "AEDAT 2") expected = kReads;
+    return {expected + ", found " + found + advice(name), path(), 0, 0, std::nullopt, status};
   }
   if (cause.line == 0) return {expected, path(), 0, 0, cause.offset};
   const bool is_pipe = size_bytes() == 0;  // opened anew it would block, or go on elsewhere

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "lecalib/core/records.hpp"
-#include "lecalib/events/event_stream.hpp"
 #include "lecalib/host/error.hpp"
 #include "lecalib/host/file_io.hpp"
+#include "lecalib/host/recording_decoder.hpp"
 #include "lecalib/host/sensor_size.hpp"
 
 namespace lecalib::host {
@@ -51,7 +51,7 @@ class EventFile {
   [[nodiscard]] MaybeError check_sensor() const;
 
   InputFile input_;
-  EventStreamDecoder decoder_;
+  RecordingDecoder decoder_;
   SensorSize sensor_;
   bool sensor_is_guess_ = false;
   bool at_end_ = false;

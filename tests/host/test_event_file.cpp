@@ -107,7 +107,9 @@ TEST_CASE("event file: what is wrong is said with file and place") {
   CHECK(error_of(folder.path()) == folder.path() + ": is a directory, expected a file");
   CHECK(error_of(folder / "none") == (folder / "none") + ": cannot open: no such file or directory");
   const std::string other = with_content(folder, "e.h5", "\x89HDF\r\n\x1a\n12345678");
-  CHECK(error_of(other) == other + ": expected Prophesee RAW (EVT2, EVT2.1, EVT3) or DAT, AEDAT 2, Event Stream 2 or text, found HDF5");
+  CHECK(error_of(other) == other +
+                               ": expected Prophesee RAW (EVT2, EVT2.1, EVT3) or DAT, AEDAT 2 or 4, Event Stream 2 or "
+                               "text, found HDF5: the README tells how to convert it");
 }
 
 TEST_CASE("event file: a wrong sensor size is an error, a few false coordinates are not") {
