@@ -15,13 +15,11 @@ enum class EsContent : std::uint8_t {
 /// events single bytes that only let time pass or bring a reader that lost its place back to the begin of an event.
 /// Rows count from the bottom. The size stands in every such file; without one there are no events, all are counted as
 /// outside.
-class EsFormat {
+class EsFormat : public EventPerWord {
  public:
   using Word = std::uint8_t;
   explicit EsFormat(SensorSize size, EsContent content = EsContent::dvs) noexcept : size_(size), content_(content) {}
   void take(Word byte, EventRoom* room, DecoderStats* stats) noexcept;
-  void flush(EventRoom*) const noexcept {}
-  [[nodiscard]] bool is_flushed() const noexcept { return true; }
   [[nodiscard]] std::size_t held() const noexcept { return held_; }
 
  private:

@@ -14,14 +14,13 @@ enum class Evt21Order : std::uint8_t {
 
 /// Prophesee EVT2.1: words of 64 bits. The upper half is an EVT2 word; of a CD word bit i of the lower half is an
 /// event at x + i.
-class Evt21Format {
+class Evt21Format : public WordByWord {
  public:
   using Word = std::uint64_t;
   explicit Evt21Format(SensorSize size, Evt21Order order = Evt21Order::little) noexcept;
   void take(Word word, EventRoom* room, DecoderStats* stats) noexcept;
   void flush(EventRoom* room) noexcept;
   [[nodiscard]] bool is_flushed() const noexcept { return vector_ == 0; }
-  [[nodiscard]] std::size_t held() const noexcept { return 0; }
 
  private:
   evt2::Clock clock_;

@@ -21,6 +21,10 @@ class WrappingClock {
     started_ = true;
   }
 
+  /// Whether update() with it would change nothing.
+  [[nodiscard]] bool repeats(std::uint64_t reading) const noexcept {
+    return started_ && static_cast<std::int64_t>(reading) == reading_;
+  }
   [[nodiscard]] bool started() const noexcept { return started_; }
   /// The last reading with its roll-overs; 0 before the first.
   [[nodiscard]] std::int64_t value() const noexcept { return (wraps_ << kBits) + reading_; }
