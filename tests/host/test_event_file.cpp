@@ -123,6 +123,29 @@ TEST_CASE("event file: a wrong sensor size is an error, a few false coordinates 
         std::string::npos);
 }
 
+TEST_CASE("event file: what gzip has packed is unpacked, in one member or several") {
+  if (!GzipReader::is_available()) {
+    MESSAGE("skipped: built without zlib");
+    return;
+  }
+  // Two members, each "1 2 3 1\\n" in a stored block.
+  const std::string header("\x1f\x8b\x08\0\0\0\0\0\0\x03", 10);
+  const std::string block(
+      "\x01\x08\0\xf7\xff"
+      "1 2 3 1\n",
+      13);
+  const std::string check("\xb7\xc3\xd0\x97\x08\0\0\0", 8);
+  const std::string member = header + block + check;
+  const TemporaryFolder folder;
+  std::vector<Event> events;
+  CHECK(read_all(with_content(folder, "e.gz", member + member), {9, 9}, &events) == "");
+  CHECK(events.size() == 2);
+  const std::string cut = with_content(folder, "cut.gz", member + member.substr(0, 20));
+  CHECK(error_of(cut, {9, 9}) == cut + ": expected a whole gzip file");
+  const std::string broken = with_content(folder, "broken.gz", header + block + "no check");
+  CHECK(error_of(broken, {9, 9}) == broken + ": expected a whole gzip file");
+}
+
 TEST_CASE("event file: a size that contradicts the file's own is an error; a cut word has its byte") {
   const auto data = test::shared_data();
   if (!data) {
