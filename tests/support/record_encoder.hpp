@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "lecalib/core/records.hpp"
@@ -35,7 +36,7 @@ inline Bytes evt21_bytes(const std::vector<Word64>& words, bool legacy = false) 
   for (const Word64& word : words) {
     const Bytes upper = little_endian(word.type * 268435456ULL + word.content, 4);
     const Bytes lower = little_endian(word.vector, 4);
-    bytes = bytes + (legacy ? upper + lower : lower + upper);
+    bytes = std::move(bytes) + (legacy ? upper + lower : lower + upper);
   }
   return bytes;
 }
