@@ -2,7 +2,8 @@
 # Steps that tests/run, examples/run and fuzz/run share. Source it from the repository's root.
 
 # What every build needs, by Debian's names.
-build_packages=(g++ cmake ninja-build libeigen3-dev doctest-dev libcli11-dev nlohmann-json3-dev)
+build_packages=(g++ cmake ninja-build libeigen3-dev doctest-dev libcli11-dev nlohmann-json3-dev liblz4-dev
+  libzstd-dev zlib1g-dev)
 fuzz_packages=(clang libclang-rt-14-dev)
 
 # install_missing PACKAGE...: installs those that are not there yet with apt-get, as root or by sudo.

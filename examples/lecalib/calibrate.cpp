@@ -82,7 +82,8 @@ void run(const CalibrateOptions& options) {
 
 void add_inputs(CLI::App* command, CalibrateOptions* options) {
   command
-      ->add_option("EVENTS", options->events, "Recordings of one camera: Prophesee RAW (EVT2, EVT3) or text (t x y p)")
+      ->add_option("EVENTS", options->events,
+                   "Recordings of one camera: RAW, DAT, AEDAT, Event Stream or text (t x y p)")
       ->type_name("");
   command
       ->add_option("--observations", options->observations,

@@ -34,6 +34,7 @@ void add_calibrate(CLI::App& app);
 void add_detect(CLI::App& app);
 void add_simulate(CLI::App& app);
 void add_info(CLI::App& app);
+void add_convert(CLI::App& app);
 void add_experiments(CLI::App& app);
 
 }  // namespace lecalib::command

@@ -15,7 +15,7 @@ static_assert(kMaxSensorSide == 4096, "the message in open_events() names it");
 }  // namespace
 
 void add_events_option(CLI::App* command, std::string* events) {
-  command->add_option("EVENTS", *events, "Recording: Prophesee RAW (EVT2, EVT3) or text (t x y p)")
+  command->add_option("EVENTS", *events, "Recording: RAW, DAT, AEDAT 2 or 4, Event Stream or text (t x y p)")
       ->required()
       ->type_name("");
 }

@@ -63,7 +63,9 @@ struct Counter {
 std::vector<Counter> counters(const DecoderStats& stats) {
   return {{"outside", stats.outside, "events beside the sensor, dropped"},
           {"unplaced", stats.unplaced, "events before the first time stamp or row, dropped"},
-          {"other_words", stats.other_words, "words that are no events (triggers, ...)"},
+          {"triggers", stats.triggers, "edges of external signals"},
+          {"imu_samples", stats.imu_samples, "measurements of the inertial sensor"},
+          {"other_words", stats.other_words, "words that are no events (frames, ...)"},
           {"undefined_words", stats.undefined_words, "words the format does not define"},
           {"time_wraps", stats.time_wraps, "roll-overs of the sensor's clock"},
           {"time_steps_back", stats.time_steps_back, "times earlier than the one before"}};

@@ -37,6 +37,7 @@ int main(int argc, char** argv) {
   add_detect(app);
   add_simulate(app);
   add_info(app);
+  add_convert(app);
   add_experiments(app);
   try {
     app.parse(argc, argv);

@@ -15,9 +15,11 @@ template <class Word>
 class WordReader {
  public:
   /// Hands the words of `*input` to `sink` and drops what it took from the front of `*input`.
-  /// @param sink bool(Word); false stops after this word.
-  template <class Sink>
-  void read(Span<const std::uint8_t>* input, Sink&& sink) noexcept {
+  /// @param sink   bool(Word); false stops after this word.
+  /// @param groups bool(std::uint64_t, std::size_t*): is shown the next 8 bytes where there are as many, and may take
+  ///               whole words from their front by setting their bytes; false stops after them.
+  template <class Sink, class Groups>
+  void read(Span<const std::uint8_t>* input, Sink&& sink, Groups&& groups) noexcept {
     const std::uint8_t* byte = input->begin();
     const std::uint8_t* const end = input->end();
     bool wanted = true;
@@ -27,6 +29,15 @@ class WordReader {
         carried_ = 0;
         wanted = sink(load(carry_));
       }
+    }
+    while (wanted && static_cast<std::size_t>(end - byte) >= sizeof(std::uint64_t)) {
+      std::size_t taken = 0;
+      wanted = groups(load_as<std::uint64_t>(byte), &taken);
+      if (taken == 0) {
+        wanted = sink(load(byte));
+        taken = sizeof(Word);
+      }
+      byte += taken;
     }
     while (wanted && static_cast<std::size_t>(end - byte) >= sizeof(Word)) {
       wanted = sink(load(byte));
@@ -46,12 +57,14 @@ class WordReader {
   [[nodiscard]] std::uint64_t offset() const noexcept { return offset_; }
 
  private:
-  static Word load(const std::uint8_t* bytes) noexcept {
-    std::uint32_t word = 0;
-    for (std::size_t i = 0; i < sizeof(Word); ++i) word |= static_cast<std::uint32_t>(bytes[i]) << (8U * i);
-    return static_cast<Word>(word);
+  static Word load(const std::uint8_t* bytes) noexcept { return load_as<Word>(bytes); }
+  template <class Unsigned>
+  static Unsigned load_as(const std::uint8_t* bytes) noexcept {
+    std::uint64_t word = 0;
+    for (std::size_t i = 0; i < sizeof(Unsigned); ++i) word |= static_cast<std::uint64_t>(bytes[i]) << (8U * i);
+    return static_cast<Unsigned>(word);
   }
-  static_assert(sizeof(Word) <= sizeof(std::uint32_t));
+  static_assert(sizeof(Word) <= sizeof(std::uint64_t));
 
   std::uint8_t carry_[sizeof(Word)] = {};
   std::size_t carried_ = 0;

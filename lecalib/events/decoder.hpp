@@ -37,7 +37,9 @@ struct DecoderStats {
   std::uint64_t events = 0;           ///< given out
   std::uint64_t outside = 0;          ///< dropped: not on the sensor
   std::uint64_t unplaced = 0;         ///< dropped: before the first time stamp or, in EVT3, the first row address
-  std::uint64_t other_words = 0;      ///< skipped: triggers, OTHERS and their continuations
+  std::uint64_t triggers = 0;         ///< skipped: edges of an external signal
+  std::uint64_t imu_samples = 0;      ///< skipped: measurements of the camera's inertial sensor
+  std::uint64_t other_words = 0;      ///< skipped: what the format defines and is none of these; parts of IMU samples
   std::uint64_t undefined_words = 0;  ///< skipped: types the format does not define
   std::uint64_t time_wraps = 0;       ///< roll-overs of the sensor's clock
   std::uint64_t time_steps_back = 0;  ///< times that lie before the last one and are no roll-over

@@ -24,7 +24,7 @@ Status EventStreamDecoder::finish(Span<Event> out, std::size_t* count) noexcept 
   const Status status = decode_events(&nothing, out, count);
   if (is_error(status) || *count == out.size()) return status;
   std::size_t more = 0;
-  with_decoder([&](auto* decoder) { return decoder->finish(out.subspan(*count), &more); });
+  run_decoder([&](auto* decoder) { return decoder->finish(out.subspan(*count), &more); });
   *count += more;
   return status_;
 }
@@ -32,12 +32,21 @@ Status EventStreamDecoder::finish(Span<Event> out, std::size_t* count) noexcept 
 Status EventStreamDecoder::begin_events(Status head_status) noexcept {
   has_begun_ = true;
   status_ = head_status;
+  const HeaderFacts& facts = head_.facts();
   if (is_error(status_)) {
-    error_ = {"Prophesee RAW (EVT2, EVT3) or text", 0, 0};
-    return status_;
+    error_ = {"Prophesee RAW (EVT2, EVT2.1, EVT3) or DAT, AEDAT 2, Event Stream 2 or text", 0, 0};
+  } else if (facts.format == EventFormat::aedat2 && !is_known(size())) {
+    status_ = Status::unsupported_format;
+    error_ = {"the sensor's size, or a line '# AEChip: NAME' with a known chip", 0, 0};
   }
   evt2_ = Evt2Decoder(size());
+  evt21_ = Evt21Decoder(Evt21Format(size(), facts.evt21_order));
   evt3_ = Evt3Decoder(size());
+  dat_ = DatDecoder(DatFormat(size(), facts.dat_version));
+  // A file that names no chip: only the DVS128 is as small, and only its addresses are other.
+  const bool is_dvs128 = !is_known(facts.size) && given_size_.width == 128 && given_size_.height == 128;
+  aedat2_ = Aedat2Decoder(Aedat2Format(size(), is_dvs128 ? Aedat2Layout::dvs128 : facts.aedat2_layout));
+  es_ = EsDecoder(EsFormat(size(), facts.es_content));
   text_ = TextDecoder(size());
   return status_;
 }
@@ -46,46 +55,51 @@ Status EventStreamDecoder::begin_events(Status head_status) noexcept {
 Status EventStreamDecoder::decode_events(Span<const std::uint8_t>* input, Span<Event> out,
                                          std::size_t* count) noexcept {
   Span<const std::uint8_t> unread = head_.unread().subspan(replayed_);
-  with_decoder([&](auto* decoder) { return decoder->decode(&unread, out, count); });
+  run_decoder([&](auto* decoder) { return decoder->decode(&unread, out, count); });
   replayed_ = head_.unread().size() - unread.size();
   if (is_error(status_) || !unread.empty() || *count == out.size()) return status_;
   std::size_t more = 0;
-  with_decoder([&](auto* decoder) { return decoder->decode(input, out.subspan(*count), &more); });
+  run_decoder([&](auto* decoder) { return decoder->decode(input, out.subspan(*count), &more); });
   *count += more;
   return status_;
 }
 
-/// Calls the decoder of the format and takes over its status and error.
+/// Calls the decoder of the format; that of text where there is none.
+template <class Self, class Call>
+void EventStreamDecoder::with_decoder(Self* self, Call&& call) noexcept {
+  switch (self->format()) {
+    case EventFormat::evt2: return call(&self->evt2_);
+    case EventFormat::evt21: return call(&self->evt21_);
+    case EventFormat::evt3: return call(&self->evt3_);
+    case EventFormat::dat: return call(&self->dat_);
+    case EventFormat::aedat2: return call(&self->aedat2_);
+    case EventFormat::event_stream: return call(&self->es_);
+    case EventFormat::text:
+    case EventFormat::unknown: return call(&self->text_);
+  }
+}
+
+/// Calls the decoder and takes over its status and error.
 template <class Call>
-void EventStreamDecoder::with_decoder(Call&& call) noexcept {
-  const auto run = [&](auto* decoder) {
+void EventStreamDecoder::run_decoder(Call&& call) noexcept {
+  with_decoder(this, [&](auto* decoder) {
     status_ = call(decoder);
     if (!is_error(status_)) return;
     error_ = decoder->error();
     error_.offset += head_.events_offset();
-  };
-  switch (format()) {
-    case EventFormat::evt2: return run(&evt2_);
-    case EventFormat::evt3: return run(&evt3_);
-    case EventFormat::text: return run(&text_);
-    case EventFormat::unknown: return;
-  }
+  });
 }
 
 SensorSize EventStreamDecoder::stated_size() const noexcept {
-  return format() == EventFormat::text ? text_.stated_size() : head_.size();
+  return format() == EventFormat::text ? text_.stated_size() : head_.facts().size;
 }
 
 SensorSize EventStreamDecoder::size() const noexcept { return is_known(stated_size()) ? stated_size() : given_size_; }
 
 const DecoderStats& EventStreamDecoder::stats() const noexcept {
-  switch (format()) {
-    case EventFormat::evt2: return evt2_.stats();
-    case EventFormat::evt3: return evt3_.stats();
-    case EventFormat::text:
-    case EventFormat::unknown: break;
-  }
-  return text_.stats();
+  const DecoderStats* stats = nullptr;
+  with_decoder(this, [&](const auto* decoder) { stats = &decoder->stats(); });
+  return *stats;
 }
 
 }  // namespace lecalib

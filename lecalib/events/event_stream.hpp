@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "lecalib/events/dat_decoder.hpp"
 #include "lecalib/events/evt2_decoder.hpp"
 #include "lecalib/events/evt3_decoder.hpp"
 #include "lecalib/events/stream_head.hpp"
@@ -8,8 +9,7 @@
 
 namespace lecalib {
 
-/// Decodes a recording or a live stream whose format is told by its first bytes: RAW (EVT2, EVT3) or text.
-/// Contract: decoder.hpp.
+/// Decodes a recording or a live stream whose format is told by its first bytes. Contract: decoder.hpp.
 class EventStreamDecoder {
  public:
   /// @param size of the sensor, for streams that do not state it; what a stream states comes first. Events beside the
@@ -22,9 +22,9 @@ class EventStreamDecoder {
   Status finish(Span<Event> out, std::size_t* count) noexcept;
 
   /// unknown until the first bytes were seen.
-  [[nodiscard]] EventFormat format() const noexcept { return head_.format(); }
+  [[nodiscard]] EventFormat format() const noexcept { return head_.facts().format; }
   /// "EVT3", "text" ..., also of formats that are recognised but not read; "unknown" else. Never null.
-  [[nodiscard]] const char* format_name() const noexcept { return head_.format_name(); }
+  [[nodiscard]] const char* format_name() const noexcept { return head_.facts().format_name; }
   /// What the stream itself states; 0 x 0 when it does not.
   [[nodiscard]] SensorSize stated_size() const noexcept;
   /// The size events are checked against: the stated one, else the constructor's.
@@ -37,8 +37,10 @@ class EventStreamDecoder {
   [[nodiscard]] const DecodeError& error() const noexcept { return error_; }
 
  private:
+  template <class Self, class Call>
+  static void with_decoder(Self* self, Call&& call) noexcept;
   template <class Call>
-  void with_decoder(Call&& call) noexcept;
+  void run_decoder(Call&& call) noexcept;
   Status begin_events(Status head_status) noexcept;
   Status decode_events(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count) noexcept;
 
@@ -47,7 +49,11 @@ class EventStreamDecoder {
   std::size_t replayed_ = 0;  ///< bytes of head_.unread() that the decoder has taken
   bool has_begun_ = false;    ///< the events have
   Evt2Decoder evt2_;
+  Evt21Decoder evt21_;
   Evt3Decoder evt3_;
+  DatDecoder dat_;
+  Aedat2Decoder aedat2_;
+  EsDecoder es_;
   TextDecoder text_;
   DecodeError error_;
   Status status_ = Status::ok;

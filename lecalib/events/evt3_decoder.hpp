@@ -15,8 +15,10 @@ class Evt3Format {
   using Word = std::uint16_t;
   explicit Evt3Format(SensorSize size) noexcept;
   void take(Word word, EventRoom* room, DecoderStats* stats) noexcept;
+  std::size_t take_group(std::uint64_t words, EventRoom* room, DecoderStats* stats) noexcept;
   void flush(EventRoom* room) noexcept;
   [[nodiscard]] bool is_flushed() const noexcept { return vector_ == 0; }
+  [[nodiscard]] std::size_t held() const noexcept { return 0; }
 
  private:
   void take_row(std::uint32_t row) noexcept;

@@ -12,6 +12,18 @@ struct EventRoom {
   Event* end;
 };
 
+/// Base of formats that have neither groups nor events of more than a word.
+struct WordByWord {
+  [[nodiscard]] static std::size_t held() noexcept { return 0; }
+  static std::size_t take_group(std::uint64_t, EventRoom*, DecoderStats*) noexcept { return 0; }
+};
+
+/// Base of formats in which a word is at most one event.
+struct EventPerWord : WordByWord {
+  static void flush(EventRoom*) noexcept {}
+  [[nodiscard]] static bool is_flushed() noexcept { return true; }
+};
+
 /// The decoder of a format whose stream is a row of equal words. Contract: decoder.hpp.
 ///
 /// Format holds what one word leaves for the next ones:
@@ -20,11 +32,16 @@ struct EventRoom {
 ///     void take(Word, EventRoom*, DecoderStats*);  // called with room for at least one event
 ///     void flush(EventRoom*);                      // gives events of the last word that found no room
 ///     bool is_flushed() const;
+///     std::size_t held() const;                    // words of an unfinished event
+///     // Takes words that often come together from the front of the next 8 bytes, at most one event; called like
+///     take(). std::size_t take_group(std::uint64_t, EventRoom*, DecoderStats*);  // their bytes, or 0
 /// The bodies stand in word_decoder_impl.hpp, which only the format's own source includes.
 template <class Format>
 class WordDecoder {
  public:
   explicit WordDecoder(SensorSize size = {}) noexcept : format_(size) {}
+  /// For formats that need to know more than the size.
+  explicit WordDecoder(const Format& format) noexcept : format_(format) {}
 
   /// @return ok | invalid_argument (`out` is empty) | malformed_input (after finish() found a cut word)
   Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count) noexcept;

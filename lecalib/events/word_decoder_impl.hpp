@@ -15,10 +15,17 @@ Status WordDecoder<Format>::decode(Span<const std::uint8_t>* input, Span<Event> 
   EventRoom room{out.begin(), out.end()};
   format.flush(&room);
   if (room.next != room.end) {
-    reader_.read(input, [&](typename Format::Word word) {
-      format.take(word, &room, &stats);
-      return room.next != room.end;
-    });
+    // Inlined or not decides whether format and room live in registers: a factor of two in speed.
+    reader_.read(
+        input,
+        [&](typename Format::Word word) __attribute__((always_inline)) {
+          format.take(word, &room, &stats);
+          return room.next != room.end;
+        },
+        [&](std::uint64_t words, std::size_t * bytes) __attribute__((always_inline)) {
+          *bytes = format.take_group(words, &room, &stats);
+          return room.next != room.end;
+        });
   }
   *count = static_cast<std::size_t>(room.next - out.begin());
   stats.events += *count;
@@ -36,8 +43,9 @@ Status WordDecoder<Format>::finish(Span<Event> out, std::size_t* count) noexcept
   format_.flush(&room);
   *count = static_cast<std::size_t>(room.next - out.begin());
   stats_.events += *count;
-  if (format_.is_flushed() && reader_.carried() > 0) {
-    error_ = {"a whole last word", reader_.offset() - reader_.carried(), 0};
+  const std::size_t unfinished = reader_.carried() + format_.held() * sizeof(typename Format::Word);
+  if (format_.is_flushed() && unfinished > 0) {
+    error_ = {"a whole last word", reader_.offset() - unfinished, 0};
     status_ = Status::malformed_input;
   }
   return status_;

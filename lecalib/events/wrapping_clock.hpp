@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
+#include "lecalib/events/decoder.hpp"
 
 namespace lecalib {
 
@@ -21,18 +21,31 @@ class WrappingClock {
     started_ = true;
   }
 
+  /// Whether update() with it would change nothing.
+  [[nodiscard]] bool repeats(std::uint64_t reading) const noexcept {
+    return started_ && static_cast<std::int64_t>(reading) == reading_;
+  }
   [[nodiscard]] bool started() const noexcept { return started_; }
   /// The last reading with its roll-overs; 0 before the first.
   [[nodiscard]] std::int64_t value() const noexcept { return (wraps_ << kBits) + reading_; }
   [[nodiscard]] std::int64_t wraps() const noexcept { return wraps_; }
 
  private:
-  static_assert(kBits < 32);
+  static_assert(kBits <= 32);
   static constexpr std::int64_t kRollOver = (std::int64_t{1} << kBits) / 4 * 3;
 
   std::int64_t reading_ = 0;
   std::int64_t wraps_ = 0;
   bool started_ = false;
 };
+
+/// Updates the clock and counts what the reading says about it.
+template <unsigned kBits>
+void take_time(std::uint32_t reading, WrappingClock<kBits>* clock, DecoderStats* stats) noexcept {
+  const std::int64_t before = clock->value();
+  clock->update(reading);
+  if (clock->value() < before) ++stats->time_steps_back;
+  stats->time_wraps = static_cast<std::uint64_t>(clock->wraps());
+}
 
 }  // namespace lecalib

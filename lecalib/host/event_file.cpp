@@ -32,6 +32,15 @@ SensorSize likely_sensor(SensorSize seen) {
   return seen;
 }
 
+constexpr char kReads[] = "expected Prophesee RAW (EVT2, EVT2.1, EVT3) or DAT, AEDAT 2 or 4, Event Stream 2 or text";
+
+/// What a user can do about a format that is not read.
+const char* advice(std::string_view format) {
+  if (format == "gzip" || format == "zip" || format == "xz" || format == "zstd") return ": unpack it first";
+  const bool is_bag = format == "ROS bag" || format == "SQLite (ROS 2 bag)" || format == "MCAP";
+  return is_bag || format == "HDF5" ? ": the README tells how to convert it" : "";
+}
+
 /// Line `number` of a text file in quotes, for a message.
 std::string quoted_line(const std::string& path, std::uint64_t number) {
   Result<InputFile> input = InputFile::open(path);
@@ -130,14 +139,41 @@ Result<std::size_t> EventFile::decode() {
   }
 }
 
-MaybeError EventFile::fill() {
+/// The file's next bytes as they are; at_end_ where there are none.
+MaybeError EventFile::read_bytes(Span<const std::uint8_t>* out) {
   const Result<std::size_t> count = input_.read(bytes_);
   if (!count.ok()) return count.error();
   at_end_ = count.value() == 0;
   bytes_read_ += count.value();
-  unread_ = Span<const std::uint8_t>(bytes_.data(), count.value());
-  if (bytes_read_ == 0) return Error{"the file is empty", path()};
+  *out = Span<const std::uint8_t>(bytes_.data(), count.value());
   return std::nullopt;
+}
+
+MaybeError EventFile::fill() {
+  if (gzip_) return fill_from_gzip();
+  if (MaybeError error = read_bytes(&unread_)) return error;
+  if (bytes_read_ == 0) return Error{"the file is empty", path()};
+  const bool is_begin = bytes_read_ == unread_.size();
+  if (!is_begin || !GzipReader::is_available() || !GzipReader::is_gzip(unread_)) return std::nullopt;
+  gzip_.emplace();
+  packed_ = unread_;
+  unpacked_.resize(kBytesPerRead);
+  return fill_from_gzip();
+}
+
+MaybeError EventFile::fill_from_gzip() {
+  std::size_t count = 0;
+  unread_ = {};
+  while (true) {
+    if (!gzip_->read(&packed_, unpacked_, &count)) break;
+    unread_ = Span<const std::uint8_t>(unpacked_.data(), count);
+    if (count > 0) return std::nullopt;
+    if (MaybeError error = read_bytes(&packed_)) return error;
+    if (!at_end_) continue;
+    if (gzip_->is_between_members()) return std::nullopt;
+    break;
+  }
+  return Error{"expected a whole gzip file", path()};
 }
 
 double EventFile::fraction_read() const {
@@ -146,15 +182,16 @@ double EventFile::fraction_read() const {
 
 Error EventFile::decode_error(Status status) const {
   const DecodeError& cause = decoder_.error();
-  const std::string expected = std::string("expected ") + cause.expected;
+  std::string expected = std::string("expected ") + cause.expected;
   if (status == Status::unsupported_format) {
-    const bool is_recognised = std::string_view(format_name()) != "unknown";
-    return {
-        expected + ", found " + (is_recognised ? format_name() : "something else"), path(), 0, 0, std::nullopt, status};
+    const std::string_view name = format_name();
+    const std::string found = name == "unknown" ? "something else" : std::string(name);
+    if (name != "AEDAT 2") expected = kReads;
+    return {expected + ", found " + found + advice(name), path(), 0, 0, std::nullopt, status};
   }
   if (cause.line == 0) return {expected, path(), 0, 0, cause.offset};
   const bool is_pipe = size_bytes() == 0;  // opened anew it would block, or go on elsewhere
-  const std::string found = is_pipe ? "" : quoted_line(path(), cause.line);
+  const std::string found = is_pipe || gzip_ ? "" : quoted_line(path(), cause.line);
   return {expected + (found.empty() ? "" : ", found " + found), path(), cause.line};
 }
 

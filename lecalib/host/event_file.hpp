@@ -2,18 +2,21 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "lecalib/core/records.hpp"
-#include "lecalib/events/event_stream.hpp"
 #include "lecalib/host/error.hpp"
 #include "lecalib/host/file_io.hpp"
+#include "lecalib/host/gzip.hpp"
+#include "lecalib/host/recording_decoder.hpp"
 #include "lecalib/host/sensor_size.hpp"
 
 namespace lecalib::host {
 
-/// Reads the events of a recording piece by piece, in bounded memory. The format is told by the content.
+/// Reads the events of a recording piece by piece, in bounded memory. The format is told by the content; a file
+/// packed by gzip is unpacked on the way.
 ///
 /// The sensor's size is what the file states, else what the caller gives, else the smallest that holds all events (or
 /// that of a sensor on the market that they almost fill): that takes a pass over the file. A caller's size that
@@ -47,16 +50,21 @@ class EventFile {
   static Result<SensorSize> size_of_all_events(const std::string& path);
   Result<std::size_t> decode();
   MaybeError fill();
+  MaybeError fill_from_gzip();
+  MaybeError read_bytes(Span<const std::uint8_t>* out);
   [[nodiscard]] Error decode_error(Status status) const;
   [[nodiscard]] MaybeError check_sensor() const;
 
   InputFile input_;
-  EventStreamDecoder decoder_;
+  RecordingDecoder decoder_;
   SensorSize sensor_;
   bool sensor_is_guess_ = false;
   bool at_end_ = false;
   std::vector<std::uint8_t> bytes_;
   Span<const std::uint8_t> unread_;
+  std::optional<GzipReader> gzip_;  ///< of a file packed by gzip
+  Span<const std::uint8_t> packed_;
+  std::vector<std::uint8_t> unpacked_;
   std::vector<Event> events_;
   std::size_t num_ahead_ = 0;  ///< events_[0, num_ahead_) were decoded while opening and are given by the next read()
   std::uint64_t bytes_read_ = 0;

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 namespace lecalib::host {
@@ -23,46 +24,26 @@ Error system_error(const std::string& path, const char* action, int code) {
   return {std::string("cannot ") + action + ": " + reason, path, 0, 0, std::nullopt, Status::io_error};
 }
 
-/// Closes a descriptor and removes the file unless keep() was called.
-class TemporaryFile {
- public:
-  TemporaryFile(int descriptor, std::string path) : descriptor_(descriptor), path_(std::move(path)) {}
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    if (!kept_) ::unlink(path_.c_str());
-  }
+/// A name that the system gives to an open file: /dev/stdout may lead to a regular file, but must not become one.
+bool names_open_file(const std::string& path) {
+  struct stat info {};
+  const bool is_of_the_system = path.rfind("/dev/", 0) == 0 || path.rfind("/proc/", 0) == 0;
+  return is_of_the_system && ::lstat(path.c_str(), &info) == 0 && S_ISLNK(info.st_mode);
+}
 
-  bool write_all(std::string_view content) {
-    while (!content.empty()) {
-      const ssize_t written = ::write(descriptor_, content.data(), content.size());
-      if (written < 0 && errno != EINTR) return false;
-      if (written > 0) content.remove_prefix(static_cast<std::size_t>(written));
-    }
-    return true;
-  }
-  /// Files made by mkstemp are private; results are ordinary files.
-  bool set_ordinary_mode() {
-    const mode_t mask = ::umask(0);
-    ::umask(mask);
-    return ::fchmod(descriptor_, 0666 & ~mask) == 0;
-  }
-  bool close() {
-    const int descriptor = descriptor_;
-    descriptor_ = -1;
-    return ::close(descriptor) == 0;
-  }
-  bool rename_to(const std::string& path) {
-    kept_ = ::rename(path_.c_str(), path.c_str()) == 0;
-    return kept_;
-  }
+/// Opens what is written to directly. The standard output goes on where it stands: opened anew it would begin again.
+int open_directly(const std::string& path) {
+  if (path != "/dev/stdout") return ::open(path.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC);
+  std::fflush(stdout);
+  return ::dup(STDOUT_FILENO);
+}
 
- private:
-  int descriptor_;
-  std::string path_;
-  bool kept_ = false;
-};
+/// Files made by mkstemp are private; results are ordinary files.
+bool set_ordinary_mode(int descriptor) {
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  return ::fchmod(descriptor, 0666 & ~mask) == 0;
+}
 
 }  // namespace
 
@@ -100,28 +81,59 @@ Result<std::string> read_text_file(const std::string& path) {
   return text;
 }
 
-MaybeError write_file(const std::string& path, std::string_view content) {
+OutputFile::OutputFile(int descriptor, std::string path, std::string temporary)
+    : descriptor_(descriptor), path_(std::move(path)), temporary_(std::move(temporary)) {}
+
+OutputFile::OutputFile(OutputFile&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)),
+      path_(std::move(other.path_)),
+      temporary_(std::exchange(other.temporary_, {})) {}
+
+OutputFile::~OutputFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+bool is_written_directly(const std::string& path) {
   struct stat info {};
-  if (::stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode)) {
-    return Error{"is a directory, expected the name of a file to write", path};
-  }
-  // A device or pipe (/dev/stdout) cannot be replaced by a file: it is written to.
-  const bool special = ::stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode);
-  if (special) {
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "wb"), &std::fclose);
-    if (!file) return system_error(path, "write", errno);
-    const bool written = std::fwrite(content.data(), 1, content.size(), file.get()) == content.size();
-    if (!written || std::fflush(file.get()) != 0) return system_error(path, "write", errno);
-    return std::nullopt;
-  }
-  std::string temporary = path + ".XXXXXX";
-  const int descriptor = ::mkstemp(temporary.data());
+  if (::stat(path.c_str(), &info) != 0) return false;
+  return !S_ISREG(info.st_mode) || names_open_file(path);
+}
+
+Result<OutputFile> OutputFile::create(const std::string& path) {
+  struct stat info {};
+  const bool exists = ::stat(path.c_str(), &info) == 0;
+  if (exists && S_ISDIR(info.st_mode)) return Error{"is a directory, expected the name of a file to write", path};
+  const bool is_direct = is_written_directly(path);
+  std::string temporary = is_direct ? "" : path + ".XXXXXX";
+  const int descriptor = is_direct ? open_directly(path) : ::mkstemp(temporary.data());
   if (descriptor < 0) return system_error(path, "write", errno);
-  TemporaryFile file(descriptor, temporary);
-  if (!file.write_all(content) || !file.set_ordinary_mode() || !file.close() || !file.rename_to(path)) {
-    return system_error(path, "write", errno);
+  return OutputFile(descriptor, path, std::move(temporary));
+}
+
+MaybeError OutputFile::write(std::string_view content) {
+  while (!content.empty()) {
+    const ssize_t written = ::write(descriptor_, content.data(), content.size());
+    if (written < 0 && errno != EINTR) return system_error(path_, "write", errno);
+    if (written > 0) content.remove_prefix(static_cast<std::size_t>(written));
   }
   return std::nullopt;
+}
+
+MaybeError OutputFile::commit() {
+  if (!temporary_.empty() && !set_ordinary_mode(descriptor_)) return system_error(path_, "write", errno);
+  if (::close(std::exchange(descriptor_, -1)) != 0) return system_error(path_, "write", errno);
+  if (temporary_.empty()) return std::nullopt;
+  if (::rename(temporary_.c_str(), path_.c_str()) != 0) return system_error(path_, "write", errno);
+  temporary_.clear();
+  return std::nullopt;
+}
+
+MaybeError write_file(const std::string& path, std::string_view content) {
+  Result<OutputFile> file = OutputFile::create(path);
+  if (!file.ok()) return file.error();
+  if (MaybeError error = file.value().write(content)) return error;
+  return file.value().commit();
 }
 
 bool is_same_file(const std::string& a, const std::string& b) {

@@ -35,6 +35,33 @@ class InputFile {
 /// All of a text file. Refuses files above 64 MiB: whatever that is, it is not a model or a list of observations.
 Result<std::string> read_text_file(const std::string& path);
 
+/// A file that is written piece by piece and stands under its name once all is there: until commit() the pieces go to a
+/// temporary file beside it, which vanishes with this object. Where is_written_directly() there is
+/// none.
+class OutputFile {
+ public:
+  static Result<OutputFile> create(const std::string& path);
+  OutputFile(OutputFile&& other) noexcept;
+  OutputFile& operator=(OutputFile&&) = delete;
+  ~OutputFile();
+
+  MaybeError write(std::string_view content);
+  /// The file is whole.
+  MaybeError commit();
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  OutputFile(int descriptor, std::string path, std::string temporary);
+
+  int descriptor_;
+  std::string path_;
+  std::string temporary_;  ///< empty for devices and pipes
+};
+
+/// Whether OutputFile writes to what the path names without a temporary file: a device, a pipe, and an open file by a
+/// name like /dev/stdout.
+bool is_written_directly(const std::string& path);
+
 /// Writes a file so that a reader sees either all of it or what was there before: into a temporary file beside it,
 /// which then takes its name. On error nothing is left behind.
 MaybeError write_file(const std::string& path, std::string_view content);

@@ -19,37 +19,18 @@ constexpr std::size_t kMinVectorEvents = 3;  // base and vector are two words: f
 constexpr unsigned kTimeBits = 12;
 constexpr std::int64_t kTimeMask = (1 << kTimeBits) - 1;
 
-class WordWriter {
- public:
-  explicit WordWriter(std::string* bytes) : bytes_(bytes) {}
+constexpr std::int64_t kMaxStepBackUs = 1 << 22;  // a quarter of the clock's range: half of it is a roll-over to many
+constexpr std::int64_t kMaxGapUs = 3'600'000'000;
 
-  void time(std::int64_t t_us) {
-    const std::int64_t high = t_us >> kTimeBits;
-    if (high_ < 0) high_ = high - 1;
-    while (high_ < high) {
-      put(Evt3::time_high, static_cast<unsigned>(++high_ & kTimeMask));
-      low_ = -1;
-    }
-    const std::int64_t low = t_us & kTimeMask;
-    if (low != low_) put(Evt3::time_low, static_cast<unsigned>(low));
-    low_ = low;
-  }
-  void row(std::uint16_t y) {
-    if (y != y_) put(Evt3::address_y, y);
-    y_ = y;
-  }
-  void column(Evt3 type, std::uint16_t x, bool on) { put(type, x | (on ? 1U << 11U : 0U)); }
-  void put(Evt3 type, unsigned payload) {
-    const unsigned word = static_cast<unsigned>(type) << 12U | payload;
-    bytes_->push_back(static_cast<char>(word & 0xFFU));
-    bytes_->push_back(static_cast<char>(word >> 8U));
-  }
+void put(Evt3 type, unsigned payload, std::string* bytes) {
+  const unsigned word = static_cast<unsigned>(type) << 12U | payload;
+  bytes->push_back(static_cast<char>(word & 0xFFU));
+  bytes->push_back(static_cast<char>(word >> 8U));
+}
 
- private:
-  std::string* bytes_;
-  std::int64_t high_ = -1, low_ = -1;
-  int y_ = -1;
-};
+void put_column(Evt3 type, const Event& event, std::string* bytes) {
+  put(type, event.x | (event.polarity != 0 ? 1U << 11U : 0U), bytes);
+}
 
 std::string header(std::uint16_t width, std::uint16_t height) {
   const std::string w = std::to_string(width);
@@ -71,43 +52,74 @@ std::size_t vector_length(Span<const Event> events, std::size_t first) {
   return count;
 }
 
-MaybeError check(Span<const Event> events, std::uint16_t width, std::uint16_t height) {
-  if (width == 0 || height == 0 || width > kMaxEvt3Side || height > kMaxEvt3Side) {
-    return Error{"EVT3 holds sensors of 1x1 to 2048x2048 pixels"};
-  }
-  std::int64_t last_us = 0;
-  for (std::size_t i = 0; i < events.size(); ++i) {
-    const Event& e = events[i];
-    if (e.x >= width || e.y >= height) return Error{"event " + std::to_string(i) + " lies outside of the sensor"};
-    if (e.t_us < last_us) return Error{"event " + std::to_string(i) + " is older than the one before it, or than 0"};
-    last_us = e.t_us;
-  }
-  return {};
-}
-
 }  // namespace
 
-Result<std::string> encode_evt3(Span<const Event> events, std::uint16_t width, std::uint16_t height) {
-  if (MaybeError error = check(events, width, height)) return *std::move(error);
-  std::string bytes = header(width, height);
-  bytes.reserve(bytes.size() + 6 * events.size());
-  WordWriter words(&bytes);
+MaybeError Evt3Encoder::begin(std::string* bytes) const {
+  if (width_ == 0 || height_ == 0 || width_ > kMaxEvt3Side || height_ > kMaxEvt3Side) {
+    return Error{"EVT3 holds sensors of 1x1 to 2048x2048 pixels"};
+  }
+  *bytes += header(width_, height_);
+  return std::nullopt;
+}
+
+MaybeError Evt3Encoder::check(Span<const Event> events) const {
+  std::int64_t last_us = last_us_;
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    const Event& e = events[i];
+    const char* problem = nullptr;
+    if (e.x >= width_ || e.y >= height_) problem = "lies outside of the sensor";
+    if (e.t_us < 0) problem = "is older than 0";
+    if (e.t_us >= 0 && e.t_us < last_us - kMaxStepBackUs) problem = "is older than the one before it by more than 4 s";
+    if (count_ + i > 0 && e.t_us - kMaxGapUs > last_us) problem = "comes more than an hour after the one before it";
+    if (problem != nullptr)
+      return Error{"event " + std::to_string(count_ + i) + " " + problem + ", which EVT3 cannot hold"};
+    last_us = e.t_us;
+  }
+  return std::nullopt;
+}
+
+void Evt3Encoder::put_time(std::int64_t t_us, std::string* bytes) {
+  const std::int64_t high = t_us >> kTimeBits;
+  if (time_high_ < 0 || high < time_high_) time_high_ = high - 1;
+  while (time_high_ < high) {
+    put(Evt3::time_high, static_cast<unsigned>(++time_high_ & kTimeMask), bytes);
+    time_low_ = -1;
+  }
+  const std::int64_t low = t_us & kTimeMask;
+  if (low != time_low_) put(Evt3::time_low, static_cast<unsigned>(low), bytes);
+  time_low_ = low;
+}
+
+MaybeError Evt3Encoder::append(Span<const Event> events, std::string* bytes) {
+  if (MaybeError error = check(events)) return error;
   for (std::size_t i = 0; i < events.size();) {
     const Event& e = events[i];
-    words.time(e.t_us);
-    words.row(e.y);
+    put_time(e.t_us, bytes);
+    if (e.y != row_) put(Evt3::address_y, e.y, bytes);
+    row_ = e.y;
     const std::size_t count = vector_length(events, i);
     if (count < kMinVectorEvents) {
-      words.column(Evt3::address_x, e.x, e.polarity != 0);
+      put_column(Evt3::address_x, e, bytes);
       ++i;
       continue;
     }
-    words.column(Evt3::vector_base_x, e.x, e.polarity != 0);
+    put_column(Evt3::vector_base_x, e, bytes);
     unsigned bits = 0;
     for (std::size_t k = 0; k < count; ++k) bits |= 1U << (events[i + k].x - e.x);
-    words.put(Evt3::vector_12, bits);
+    put(Evt3::vector_12, bits, bytes);
     i += count;
   }
+  if (!events.empty()) last_us_ = events[events.size() - 1].t_us;
+  count_ += events.size();
+  return std::nullopt;
+}
+
+Result<std::string> encode_evt3(Span<const Event> events, std::uint16_t width, std::uint16_t height) {
+  Evt3Encoder encoder(width, height);
+  std::string bytes;
+  bytes.reserve(6 * events.size());
+  if (MaybeError error = encoder.begin(&bytes)) return *std::move(error);
+  if (MaybeError error = encoder.append(events, &bytes)) return *std::move(error);
   return bytes;
 }
 

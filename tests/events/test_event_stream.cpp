@@ -8,6 +8,7 @@
 #include "lecalib/events/event_stream.hpp"
 #include "support/decode_pieces.hpp"
 #include "support/random_events.hpp"
+#include "support/record_encoder.hpp"
 #include "support/shared_data.hpp"
 
 namespace lecalib::test {
@@ -100,6 +101,117 @@ TEST_CASE("stream: events that begin with the byte of '%' are no header") {
   CHECK(decode_whole(EventStreamDecoder(), ended).stats.unplaced == 2);
 }
 
+TEST_CASE("stream: EVT2.1 words come in the order that the header states") {
+  const std::vector<Event> expected{{3 * 64 + 7, 33, 2, 1}};
+  const std::vector<Word64> words = {{8, 3, 0}, {1, 7U << 22U | 32U << 11U | 2U, 2}};
+  for (const std::string header : {"% evt 2.1\n% geometry 320x320\n% end\n", "% format EVT21;height=320;width=320\n",
+                                   "% endianness little\n% evt 2.1\n% geometry 320x320\n"}) {
+    CAPTURE(header);
+    const Opened opened = open(to_bytes(header) + evt21_bytes(words));
+    CHECK(opened.format_name == "EVT2.1");
+    CHECK(opened.decoded.events == expected);
+    CHECK(opened.stated.width == 320);
+    check_every_split(EventStreamDecoder(), to_bytes(header) + evt21_bytes(words));
+  }
+  for (const std::string header :
+       {"% format EVT21;endianness=legacy;height=320;width=320\n% end\n", "% evt 2.1\n% endianness legacy\n"}) {
+    CAPTURE(header);
+    CHECK(open(to_bytes(header) + evt21_bytes(words, true)).decoded.events == expected);
+  }
+}
+
+TEST_CASE("stream: a DAT header ends with two bytes, after '% end' or without it") {
+  const std::vector<Event> expected{{7, 300, 200, 1}};
+  for (const std::string header :
+       {"% Data file containing CD events.\n% Version 2\n% Date today\n% Height 240\n% Width 304\n",
+        "% Height 240\n% Version 2\n% Width 304\n% end\n", "% Data file\r\n% Version 2\r\n% end\r\n"}) {
+    for (const std::uint8_t type : Bytes{0, 12}) {
+      CAPTURE(header);
+      const Bytes bytes = to_bytes(header) + Bytes{type, 8} + encode_dat(expected);
+      const Opened opened = open(bytes);
+      CHECK(opened.format_name == "DAT");
+      CHECK(opened.decoded.events == expected);
+      CHECK(opened.stated.width == (header.find("304") == std::string::npos ? 0 : 304));
+      check_every_split(EventStreamDecoder(), bytes);
+    }
+  }
+  // Without a version, or with the first one, addresses are narrower.
+  for (const std::string header : {"% Data file\n", "% Data file\n% Version 1\n"}) {
+    CHECK(open(to_bytes(header) + Bytes{0, 8} + encode_dat(expected, 1)).decoded.events == expected);
+  }
+  for (const std::string cut : {"% Data file\n", "% Data file\n% end\n", "% Data file\n% end\n\x0c"}) {
+    CHECK(open(to_bytes(cut)).decoded.status == Status::ok);
+    check_every_split(EventStreamDecoder(), to_bytes(cut));
+  }
+  // A RAW header says evt, whatever else it says.
+  CHECK(open(to_bytes("% evt 3.0\n% Version 2\n") + evt3_bytes(kEvt3Words)).decoded.events == kEvt3Events);
+}
+
+TEST_CASE("stream: the chip in an AEDAT 2 header tells how addresses are read") {
+  const std::string begin =
+      "#!AER-DAT2.0\r\n# This is a raw AE data file - do not edit\r\n# created in /home/J\xC3\xB6rg\r\n";
+  const std::vector<Event> expected{{9, 100, 20, 1}, {12, 3, 4, 0}};
+  struct Case {
+    std::string line;
+    int width, height;
+  };
+  for (const Case& chip :
+       {Case{"# AEChip: eu.seebetter.ini.chips.davis.DAVIS240C\r\n", 240, 180},
+        Case{"# AEChip: eu.seebetter.ini.chips.davis.Davis346blue\r\n", 346, 260},
+        Case{"# AEChip: ch.unizh.ini.jaer.chip.retina.DVS128\r\n#End Of ASCII Header\r\n", 128, 128}}) {
+    CAPTURE(chip.line);
+    const Bytes events = chip.width == 128 ? encode_dvs128(expected) : encode_davis(expected, chip.width, chip.height);
+    const Bytes bytes = to_bytes(begin + chip.line) + events;
+    const Opened opened = open(bytes);
+    CHECK(opened.format_name == "AEDAT 2");
+    CHECK(opened.stated.width == chip.width);
+    CHECK(opened.stated.height == chip.height);
+    CHECK(opened.decoded.events == expected);
+    check_every_split(EventStreamDecoder(), bytes);
+  }
+  // A file that names no chip is read with the caller's size, or not at all.
+  CHECK(open(to_bytes(begin) + encode_davis(expected, 240, 180), {240, 180}).decoded.events == expected);
+  CHECK(open(to_bytes(begin) + encode_dvs128(expected), {128, 128}).decoded.events == expected);
+  const Opened refused = open(to_bytes(begin) + encode_davis(expected, 240, 180));
+  CHECK(refused.decoded.status == Status::unsupported_format);
+  CHECK(refused.decoded.expected == "the sensor's size, or a line '# AEChip: NAME' with a known chip");
+}
+
+TEST_CASE("stream: AEDAT 2 events that begin with the byte of '#' are no header") {
+  // Rows whose upper bits are 0x23, with columns whose upper bits are LF or CR.
+  std::vector<Event> events;
+  for (int row = 140; row < 144; ++row) {
+    for (int column = 0; column < 346; ++column) {
+      events.push_back({0, static_cast<std::uint16_t>(345 - column), static_cast<std::uint16_t>(259 - row), 1});
+    }
+  }
+  for (const char* line_end : {"\r\n", "\n"}) {
+    const std::string header = std::string("#!AER-DAT2.0") + line_end + "# AEChip: DAVIS346" + line_end;
+    std::size_t different = 0;
+    for (const Event& event : events) {
+      const std::vector<Event> one{event};
+      const Decoded decoded = decode_whole(EventStreamDecoder(), to_bytes(header) + encode_davis(one, 346, 260));
+      if (!(decoded.events == one)) ++different;
+    }
+    CAPTURE(line_end);
+    // Where lines end with LF alone, such columns of row 140 cannot be told from an empty line.
+    CHECK(different == (line_end[0] == '\r' ? 0 : 16));
+  }
+}
+
+TEST_CASE("stream: an Event Stream header gives content and size") {
+  const std::vector<Event> expected{{9, 100, 20, 1}, {200, 3, 4, 0}};
+  const Bytes bytes = es_header(1, 640, 480) + encode_es(expected, 480);
+  const Opened opened = open(bytes, {10, 10});
+  CHECK(opened.format_name == "Event Stream");
+  CHECK(opened.decoded.events == expected);
+  CHECK(opened.stated.width == 640);
+  CHECK(opened.stated.height == 480);
+  check_every_split(EventStreamDecoder(), bytes);
+  const Opened atis = open(es_header(2, 304, 240) + Bytes{2, 1, 0, 2, 0});
+  CHECK(atis.decoded.events == std::vector<Event>{{0, 1, 237, 1}});
+}
+
 TEST_CASE("stream: header lines of any length") {
   const Bytes bytes =
       to_bytes("% evt 3.0\n% note " + std::string(5000, '.') + "\n%\n% geometry 640x480\n") + evt3_bytes(kEvt3Words);
@@ -137,8 +249,13 @@ TEST_CASE("stream: text is told by its first byte") {
 
 TEST_CASE("stream: formats that are not read are named") {
   const std::map<std::string, std::string> names = {
-      {"#!AER-DAT4.0\r\n", "AEDAT"},
-      {"#!AER-DAT2.0\r\n", "AEDAT"},
+      {"#!AER-DAT4.0\r\n", "AEDAT 4"},
+      {"#!AER-DAT3.1\r\n", "AEDAT 3"},
+      {"#!AER-DAT1.0\r\n", "AEDAT"},
+      {"Event Stream", "Event Stream that ends in its header"},
+      {"Event Stream\x02\x01\x02\x01\x80\x02", "Event Stream that ends in its header"},
+      {"Event Stream\x01\x01\x01\x01", "Event Stream of a version other than 2"},
+      {"Event Stream\x02\x01\x02\x04\x80\x02\xE0\x01", "Event Stream without DVS or ATIS events"},
       {"#ROSBAG V2.0\n", "ROS bag"},
       {"\x89HDF\r\n\x1a\n", "HDF5"},
       {"\x1f\x8b\x08", "gzip"},
@@ -147,9 +264,8 @@ TEST_CASE("stream: formats that are not read are named") {
       {"\xef\xbb\xbf"
        "1 2 3 1\n",
        "text with a byte order mark"},
-      {"% Data file containing CD events.\n% Version 2\n\x0c\x08", "DAT"},
-      {"% evt 2.1\n% end\n", "EVT2.1"},
-      {"% format EVT21;height=320;width=320\n% end\n", "EVT2.1"},
+      {"% Data file containing CD events.\n% Version 2\n\x0e\x08", "DAT of triggers"},
+      {"% Data file containing CD events.\n% Version 2\n\x0c\x10", "DAT of records that are no CD events"},
       {"% evt 4.0\n\x80\x80", "EVT4"},
       {"% date\n% end\n", "'%' header without a known evt or format"},
       {"%!PS", "'%' header without a known evt or format"},
@@ -167,7 +283,7 @@ TEST_CASE("stream: formats that are not read are named") {
 TEST_CASE("stream: an empty one is malformed") {
   const Decoded decoded = decode_whole(EventStreamDecoder(), {});
   CHECK(decoded.status == Status::malformed_input);
-  CHECK(decoded.expected == "Prophesee RAW (EVT2, EVT3) or text");
+  CHECK(decoded.expected == "Prophesee RAW (EVT2, EVT2.1, EVT3) or DAT, AEDAT 2, Event Stream 2 or text");
   EventStreamDecoder decoder;
   Span<const std::uint8_t> nothing;
   std::size_t count = 0;
@@ -255,8 +371,22 @@ TEST_CASE("stream: real text recordings") {
   CHECK(shapes.events.size() == 20'000);
   CHECK(shapes.events.front() == Event{2'097'134, 162, 27, 0});
   CHECK(open(read_bytes(*data / "real" / "davis346_tags" / "events.csv.gz")).format_name == "gzip");
-  CHECK(open(read_bytes(*data / "real" / "atis_dat" / "events.dat")).format_name == "DAT");
-  CHECK(open(read_bytes(*data / "real" / "davis346_lab_aedat4" / "davis.aedat4")).format_name == "AEDAT");
+  CHECK(open(read_bytes(*data / "real" / "davis346_lab_aedat4" / "davis.aedat4")).format_name == "AEDAT 4");
+}
+
+TEST_CASE("stream: a real DAT recording that does not state its size") {
+  const auto data = shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const Opened opened = open(read_bytes(*data / "real" / "atis_dat" / "events.dat"));
+  CHECK(opened.format == EventFormat::dat);
+  CHECK_FALSE(is_known(opened.stated));
+  CHECK(opened.decoded.status == Status::ok);
+  CHECK(opened.decoded.events.size() == 4'407);
+  CHECK(opened.decoded.stats.time_steps_back == 0);
+  CHECK(opened.decoded.events.back().t_us <= 100'000);
 }
 
 TEST_CASE("stream: a simulated recording that crosses the roll-over of 24 bits") {

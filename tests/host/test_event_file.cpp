@@ -107,7 +107,9 @@ TEST_CASE("event file: what is wrong is said with file and place") {
   CHECK(error_of(folder.path()) == folder.path() + ": is a directory, expected a file");
   CHECK(error_of(folder / "none") == (folder / "none") + ": cannot open: no such file or directory");
   const std::string other = with_content(folder, "e.h5", "\x89HDF\r\n\x1a\n12345678");
-  CHECK(error_of(other) == other + ": expected Prophesee RAW (EVT2, EVT3) or text, found HDF5");
+  CHECK(error_of(other) == other +
+                               ": expected Prophesee RAW (EVT2, EVT2.1, EVT3) or DAT, AEDAT 2 or 4, Event Stream 2 or "
+                               "text, found HDF5: the README tells how to convert it");
 }
 
 TEST_CASE("event file: a wrong sensor size is an error, a few false coordinates are not") {
@@ -119,6 +121,29 @@ TEST_CASE("event file: a wrong sensor size is an error, a few false coordinates 
   CHECK(error_of(path, {240, 180}) == "");
   CHECK(error_of(path, {128, 128}).find("events lie outside of a sensor of 128x128: is its size right?") !=
         std::string::npos);
+}
+
+TEST_CASE("event file: what gzip has packed is unpacked, in one member or several") {
+  if (!GzipReader::is_available()) {
+    MESSAGE("skipped: built without zlib");
+    return;
+  }
+  // Two members, each "1 2 3 1\\n" in a stored block.
+  const std::string header("\x1f\x8b\x08\0\0\0\0\0\0\x03", 10);
+  const std::string block(
+      "\x01\x08\0\xf7\xff"
+      "1 2 3 1\n",
+      13);
+  const std::string check("\xb7\xc3\xd0\x97\x08\0\0\0", 8);
+  const std::string member = header + block + check;
+  const TemporaryFolder folder;
+  std::vector<Event> events;
+  CHECK(read_all(with_content(folder, "e.gz", member + member), {9, 9}, &events) == "");
+  CHECK(events.size() == 2);
+  const std::string cut = with_content(folder, "cut.gz", member + member.substr(0, 20));
+  CHECK(error_of(cut, {9, 9}) == cut + ": expected a whole gzip file");
+  const std::string broken = with_content(folder, "broken.gz", header + block + "no check");
+  CHECK(error_of(broken, {9, 9}) == broken + ": expected a whole gzip file");
 }
 
 TEST_CASE("event file: a size that contradicts the file's own is an error; a cut word has its byte") {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "lecalib/core/rng.hpp"
@@ -124,15 +125,54 @@ TEST_CASE("encode_evt3: no gap hides a roll-over of the 24-bit time") {
   CHECK(wraps == 3);
 }
 
+TEST_CASE("encode_evt3: small steps back in time are kept, over roll-overs too") {
+  constexpr std::int64_t kRollOver = std::int64_t{1} << 24;
+  std::vector<Event> events;
+  lecalib::Rng rng(11);
+  for (int i = 0; i < 20'000; ++i) {
+    const std::int64_t t_us = kRollOver - 50'000 + 5 * i - static_cast<std::int64_t>(rng.below(10'000));
+    events.push_back({t_us, static_cast<std::uint16_t>(rng.below(9)), 0, 1});
+  }
+  const auto file = encode_evt3(events, 9, 1);
+  REQUIRE(file.ok());
+  lecalib::EventStreamDecoder decoder;
+  const std::vector<Event> read = decode(file.value(), &decoder);
+  REQUIRE(read.size() == events.size());
+  const auto same = [](const Event& a, const Event& b) { return a.t_us == b.t_us && a.x == b.x; };
+  CHECK(std::equal(read.begin(), read.end(), events.begin(), same));
+}
+
+TEST_CASE("encode_evt3: in pieces as in one") {
+  const std::vector<Event> events = random_events(5000, 300, 200);
+  lecalib::host::Evt3Encoder encoder(300, 200);
+  std::string bytes;
+  REQUIRE_FALSE(encoder.begin(&bytes));
+  for (std::size_t at = 0; at < events.size(); at += 7) {
+    REQUIRE_FALSE(encoder.append(lecalib::Span<const Event>(events).subspan(at, 7), &bytes));
+  }
+  lecalib::EventStreamDecoder decoder;
+  const std::vector<Event> read = decode(bytes, &decoder);
+  REQUIRE(read.size() == events.size());
+  const auto same = [](const Event& a, const Event& b) { return a.t_us == b.t_us && a.x == b.x && a.y == b.y; };
+  CHECK(std::equal(read.begin(), read.end(), events.begin(), same));
+  // An event that cannot be written is counted from the first of all, and leaves nothing behind.
+  const std::string before = bytes;
+  const std::vector<Event> bad = {events.back(), {events.back().t_us, 300, 0, 1}};
+  const auto error = encoder.append(bad, &bytes);
+  REQUIRE(error);
+  CHECK(error->message == "event 5001 lies outside of the sensor, which EVT3 cannot hold");
+  CHECK(bytes == before);
+  CHECK(encoder.append(std::vector<Event>{{events.back().t_us + 3'600'000'001, 0, 0, 1}}, &bytes));
+}
+
 TEST_CASE("encode_evt3: what cannot be written is an error") {
-  const Event inside{10, 1, 1, 1};
   CHECK_FALSE(encode_evt3({}, 0, 10).ok());
   CHECK_FALSE(encode_evt3({}, 10, 2049).ok());
   CHECK(encode_evt3({}, 2048, 2048).ok());
   CHECK_FALSE(encode_evt3(std::vector<Event>{{10, 2, 1, 1}}, 2, 2).ok());
   CHECK_FALSE(encode_evt3(std::vector<Event>{{10, 1, 2, 1}}, 2, 2).ok());
   CHECK_FALSE(encode_evt3(std::vector<Event>{{-1, 1, 1, 1}}, 2, 2).ok());
-  const auto disorder = encode_evt3(std::vector<Event>{inside, {9, 1, 1, 1}}, 2, 2);
+  const auto disorder = encode_evt3(std::vector<Event>{{5'000'000, 1, 1, 1}, {9, 1, 1, 1}}, 2, 2);
   REQUIRE_FALSE(disorder.ok());
   CHECK(disorder.error().message.find("event 1 ") != std::string::npos);
 }

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+
+#include <filesystem>
+
+#include "lecalib/host/file_io.hpp"
+#include "support/record_encoder.hpp"
+#include "support/run_command.hpp"
+#include "support/temporary_folder.hpp"
+
+using namespace lecalib::test;
+
+namespace {
+
+constexpr char kRows[] = "t_us,x,y,p\n1000,3,4,1\n2000,319,5,0\n501000,7,239,1\n";
+
+std::string content(const std::string& path) { return lecalib::host::read_text_file(path).value(); }
+
+std::string with_content(const TemporaryFolder& folder, const std::string& name, const std::string& text) {
+  REQUIRE_FALSE(lecalib::host::write_file(folder / name, text));
+  return folder / name;
+}
+
+}  // namespace
+
+TEST_CASE("lecalib convert: CSV to RAW and back gives the same bytes") {
+  const TemporaryFolder folder;
+  const std::string csv = with_content(folder, "e.csv", kRows);
+  const CommandRun there = run_lecalib({"convert", csv, folder / "e.raw", "--sensor", "320x240"});
+  CHECK(there.exit_code == 0);
+  CHECK(there.out == "3 events written to " + (folder / "e.raw") + "\n");
+  CHECK(there.err.empty());
+  CHECK(content(folder / "e.raw").find("% geometry 320x240\n") != std::string::npos);
+  CHECK(run_lecalib({"convert", folder / "e.raw", folder / "back", "--format", "csv"}).exit_code == 0);
+  CHECK(content(folder / "back") == kRows);
+}
+
+TEST_CASE("lecalib convert: to a pipe only the events go") {
+  const TemporaryFolder folder;
+  const std::string csv = with_content(folder, "e.csv", kRows);
+  const CommandRun run = run_lecalib({"convert", csv, "/dev/stdout", "--format", "csv"});
+  CHECK(run.exit_code == 0);
+  CHECK(run.out == kRows);
+  CHECK(run.err == "3 events written to /dev/stdout\n");
+  CHECK(std::filesystem::is_symlink("/dev/stdout"));
+}
+
+TEST_CASE("lecalib convert: what a format leaves out is said") {
+  const TemporaryFolder folder;
+  const Bytes bytes = to_bytes("% Data file\n% Version 2\n\x0c\x08") +
+                      encode_dat({{20'000'000, 5, 6, 1}, {20'000'009, 400, 6, 1}, {20'000'010, 7, 8, 0}});
+  const std::string dat = with_content(folder, "e.dat", std::string(bytes.begin(), bytes.end()));
+  const CommandRun run = run_lecalib({"convert", dat, folder / "e.raw", "--sensor", "304x240"});
+  CHECK(run.exit_code == 0);
+  CHECK(run.out.find("2 events written to ") == 0);
+  CHECK(run.out.find("1 events beside the sensor or without a time left out\n") != std::string::npos);
+  CHECK(run.out.find("less by 16777216 us") != std::string::npos);
+  const CommandRun guessed = run_lecalib({"convert", dat, folder / "e.raw"});
+  CHECK(guessed.out.find("sensor of 401x9 by the largest coordinates") != std::string::npos);
+}
+
+TEST_CASE("lecalib convert: the recording itself is never overwritten, nor anything after an error") {
+  const TemporaryFolder folder;
+  const std::string csv = with_content(folder, "e.csv", kRows);
+  std::filesystem::create_symlink(csv, folder / "link.csv");
+  for (const std::string& out : {csv, folder / "link.csv", folder / "./e.csv"}) {
+    const CommandRun run = run_lecalib({"convert", csv, out});
+    CHECK(run.exit_code == 1);
+    CHECK(run.err.find("is the recording itself") != std::string::npos);
+    CHECK(content(csv) == kRows);
+  }
+  const std::string other = with_content(folder, "other.raw", "keep");
+  const std::string broken = with_content(folder, "broken.csv", "1,2,3,1\n2,2,3,7\n");
+  CHECK(run_lecalib({"convert", broken, other, "--sensor", "10x10"}).exit_code == 1);
+  const std::string old = with_content(folder, "old.csv", "1,2,3,1\n-2,2,3,1\n");
+  const CommandRun negative = run_lecalib({"convert", old, other, "--sensor", "10x10"});
+  CHECK(negative.exit_code == 1);
+  CHECK(negative.err == "lecalib: " + old + ": event 1 is older than 0, which EVT3 cannot hold\n");
+  CHECK(content(other) == "keep");
+  const CommandRun nameless = run_lecalib({"convert", csv, folder / "e.aedat"});
+  CHECK(nameless.exit_code == 1);
+  CHECK(nameless.err.find("tells no format") != std::string::npos);
+  CHECK(run_lecalib({"convert", csv, folder / "e", "--format", "dat"}).exit_code > 1);
+  CHECK(folder.count() == 5);
+}
