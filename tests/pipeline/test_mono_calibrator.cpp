@@ -127,6 +127,16 @@ TEST_CASE("a mono calibrator refuses wrong arguments and calls out of turn") {
   few_lines.model_lines = 8;
   CHECK(calibrator.init(memory.span(), few_lines, {}, kBox) == Status::capacity_exceeded);
   CHECK(calibrator.init(memory.span(), c, {}, Span<const ModelLine>(kBox).first(3)) == Status::too_few_lines);
+  MonoOptions many_points;
+  many_points.points.points_per_line = c.points_per_line + 1;
+  CHECK(calibrator.init(memory.span(), c, many_points, kBox) == Status::capacity_exceeded);
+  MonoOptions reference;
+  reference.detector.kind = DetectorKind::reference;
+  CHECK(calibrator.init(memory.span(), c, reference, kBox) == Status::capacity_exceeded);
+  Capacities with_reference = c;
+  with_reference.reference_detector = true;
+  Memory larger(required_bytes(with_reference));
+  CHECK(calibrator.init(larger.span(), with_reference, reference, kBox) == Status::ok);
 
   REQUIRE(calibrator.init(memory.span(), c, {}, kBox) == Status::ok);
   CHECK(calibrator.result(&result) == Status::wrong_state);

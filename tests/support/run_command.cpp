@@ -32,12 +32,16 @@ void redirect(int stream, const std::string& path) {
 }
 
 [[noreturn]] void become_lecalib(std::vector<std::string> arguments, RunAs who) {
-  arguments.insert(arguments.begin(), "lecalib");
+  // What runs the programs of another processor, word by word, told to show the program its name; else none.
+  std::vector<std::string> start = {LECALIB_EMULATOR};
+  start.insert(start.end(), start.empty() ? std::vector<std::string>{"lecalib"}
+                                          : std::vector<std::string>{"-0", "lecalib", LECALIB_COMMAND});
+  arguments.insert(arguments.begin(), start.begin(), start.end());
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   if (who == RunAs::nobody && (::setgid(kNobody) != 0 || ::setuid(kNobody) != 0)) ::_exit(kCannotRun);
-  ::execv(LECALIB_COMMAND, argv.data());
+  ::execvp(start.size() == 1 ? LECALIB_COMMAND : argv[0], argv.data());
   ::_exit(kCannotRun);
 }
 
