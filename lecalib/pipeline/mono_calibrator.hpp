@@ -141,7 +141,7 @@ constexpr std::size_t required_bytes(const Capacities& capacities) {
 }
 
 /// Calibrates one camera. push() and step() touch the same window: call them from one thread; a sensor's interrupt
-/// fills a ring that the thread drains.
+/// fills an EventRing that the thread drains.
 class MonoCalibrator {
  public:
   /// Carves everything; nothing is carved later. A second init() starts anew.
