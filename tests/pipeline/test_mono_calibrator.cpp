@@ -112,7 +112,7 @@ TEST_CASE("a mono calibrator takes no more memory than the README says") {
   large.sensor_width = 640, large.sensor_height = 480;
   large.events_per_window = 20000, large.lines_per_window = 32, large.windows = 32, large.model_lines = 32;
   CHECK(required_bytes(large) <= 1'150'000);
-  CHECK(required_bytes(Capacities{}) <= 4'150'000);
+  CHECK(required_bytes(Capacities{}) <= 4'500'000);
 }
 
 TEST_CASE("a mono calibrator refuses wrong arguments and calls out of turn") {
