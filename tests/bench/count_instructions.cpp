@@ -60,8 +60,8 @@ void make_window(std::size_t count) {
     if (rng.below(5) > 0) {
       const double along = rng.uniform();
       const double shift = 6 * tau + 0.4 * normal(&rng);
-      x = double{edge.x1} + along * (double{edge.x2} - double{edge.x1}) + shift;
-      y = double{edge.y1} + along * (double{edge.y2} - double{edge.y1}) + shift;
+      x = static_cast<double>(edge.x1) + along * (static_cast<double>(edge.x2) - static_cast<double>(edge.x1)) + shift;
+      y = static_cast<double>(edge.y1) + along * (static_cast<double>(edge.y2) - static_cast<double>(edge.y1)) + shift;
     }
     events[i] = {static_cast<std::int64_t>(tau * kLengthUs), static_cast<std::uint16_t>(x + 0.5),
                  static_cast<std::uint16_t>(y + 0.5), static_cast<std::uint8_t>(chosen & 1)};
