@@ -5,6 +5,8 @@
 build_packages=(g++ cmake ninja-build libeigen3-dev doctest-dev libcli11-dev nlohmann-json3-dev liblz4-dev
   libzstd-dev zlib1g-dev)
 fuzz_packages=(clang libclang-rt-14-dev)
+cross_packages=(g++-aarch64-linux-gnu g++-arm-linux-gnueabihf g++-riscv64-linux-gnu gcc-arm-none-eabi
+  libstdc++-arm-none-eabi-newlib libnewlib-arm-none-eabi qemu-user qemu-system-arm)
 
 # install_missing PACKAGE...: installs those that are not there yet with apt-get, as root or by sudo.
 install_missing() {

@@ -12,6 +12,8 @@ struct Capacities {
   std::uint32_t lines_per_window = 64;      ///< further lines of a window are given up, the weakest first
   std::uint32_t windows = 96;               ///< windows kept; when full, every other one is given up
   std::uint32_t model_lines = 64;
+  std::uint32_t points_per_line = 3;  ///< room for ViewPointOptions::points_per_line
+  bool reference_detector = false;    ///< room for DetectorKind::reference, beside the fast one: 1.3 MB
   std::uint16_t sensor_width = 1280;  ///< px; tables per cell of the sensor are sized by it
   std::uint16_t sensor_height = 720;
 };

@@ -44,7 +44,10 @@ Status MonoCalibrator::init(Span<std::byte> memory, const Capacities& capacities
     return Status::invalid_argument;
   }
   if (model.size() < 4) return Status::too_few_lines;
-  if (model.size() > capacities.model_lines) return Status::capacity_exceeded;
+  if (model.size() > capacities.model_lines || options.points.points_per_line > capacities.points_per_line ||
+      (options.detector.kind == DetectorKind::reference && !capacities.reference_detector)) {
+    return Status::capacity_exceeded;
+  }
   Arena arena(memory);
   if (!carve(arena, capacities, &workspace_)) return Status::buffer_too_small;
 

@@ -88,6 +88,7 @@ constexpr DetectorCapacities detector_capacities(const Capacities& c) {
   out.lines = c.lines_per_window < kMaxLines ? c.lines_per_window : kMaxLines;
   out.width = c.sensor_width;
   out.height = c.sensor_height;
+  if (!c.reference_detector) out.surface_points = out.regions = out.image_cells = 0;
   return out;
 }
 constexpr LineMatcherCapacities matcher_capacities(const Capacities& c) {
@@ -95,12 +96,13 @@ constexpr LineMatcherCapacities matcher_capacities(const Capacities& c) {
   out.windows = c.windows;
   out.lines = c.lines_per_window;
   out.model_lines = c.model_lines;
+  if (out.matches > c.lines_per_window) out.matches = c.lines_per_window;  // a detected line has one match at most
   return out;
 }
-constexpr MonoSolverCapacities solver_capacities(const Capacities& c, std::size_t points_per_line) {
+constexpr MonoSolverCapacities solver_capacities(const Capacities& c) {
   MonoSolverCapacities out;
   out.views = 2 * std::size_t{c.windows};
-  out.points = out.views * matcher_capacities(c).matches * points_per_line;
+  out.points = out.views * matcher_capacities(c).matches * c.points_per_line;
   out.model_lines = c.model_lines;
   return out;
 }
@@ -112,15 +114,18 @@ constexpr bool carve(Carver& carver, const Capacities& c, MonoWorkspace* out) {
     return false;
   }
   const std::size_t shared = carver.mark();
-  if (!carve(carver, NoiseFilterCapacities{c.sensor_width, c.sensor_height}, &out->noise) ||
-      !carve(carver, detector_capacities(c), &out->detector)) {
-    return false;
-  }
+  FlickerFilter flicker;  // remembers earlier windows; the other filters are done when detection begins
+  if (!flicker.carve(carver, c.sensor_width, c.sensor_height)) return false;
+  const std::size_t window = carver.mark();
+  if (!carve(carver, NoiseFilterCapacities{c.sensor_width, c.sensor_height, false}, &out->noise)) return false;
+  out->noise.flicker = flicker;
+  carver.rewind(window);
+  if (!carve(carver, detector_capacities(c), &out->detector)) return false;
   carver.rewind(shared);
   ArenaMeter matcher;
   LineMatcherWorkspace ignored;
   (void)carve(matcher, matcher_capacities(c), &ignored);
-  const MonoSolverCapacities solver = solver_capacities(c, kMaxPointsPerLine);
+  const MonoSolverCapacities solver = solver_capacities(c);
   return carver.carve(matcher.peak() / sizeof(std::max_align_t) + 1, &out->matcher) &&
          carve(carver, solver, &out->solver) && carver.carve(solver.points, &out->points) &&
          carver.carve(solver.views, &out->views) && carver.carve(solver.views, &out->start_poses) &&
@@ -136,14 +141,15 @@ constexpr std::size_t required_bytes(const Capacities& capacities) {
 }
 
 /// Calibrates one camera. push() and step() touch the same window: call them from one thread; a sensor's interrupt
-/// fills a ring that the thread drains.
+/// fills an EventRing that the thread drains.
 class MonoCalibrator {
  public:
   /// Carves everything; nothing is carved later. A second init() starts anew.
   /// @param memory at least required_bytes(capacities), aligned to kArenaAlign; must outlive the calibrator
   /// @param model  must outlive the calibrator
-  /// @return ok | buffer_too_small | capacity_exceeded (model lines) | invalid_argument (options, capacities) |
-  ///         too_few_lines (fewer than 4 model lines)
+  /// @return ok | buffer_too_small | capacity_exceeded (model lines, points per line, no room for the detector chosen)
+  /// |
+  ///         invalid_argument (options, capacities) | too_few_lines (fewer than 4 model lines)
   Status init(Span<std::byte> memory, const Capacities& capacities, const MonoOptions& options,
               Span<const ModelLine> model);
 

@@ -61,7 +61,7 @@ class LineFitter {
  private:
   /// Lists the events near to the line; of more than are needed, an even share.
   void collect() {
-    stride_ = std::max(1U, line_.events / std::max(1U, options_.max_fit_events));
+    stride_ = std::max<std::uint32_t>(1, line_.events / std::max<std::uint32_t>(1, options_.max_fit_events));
     const float from = line_.lowest() - kBeyondEndsPx;
     const float to = line_.highest() + kBeyondEndsPx;
     const std::size_t room = ws_.along.size();

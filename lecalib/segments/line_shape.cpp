@@ -55,7 +55,7 @@ class ShapeFitter {
     equations_ = ShapeEquations(variance_);
     for (int round = 0; round < 2; ++round) {
       const std::uint32_t wanted = round == 0 ? std::min(kFirstRoundEvents, options_.max_events) : options_.max_events;
-      collect(std::max(1U, line_.events / std::max(1U, wanted)));
+      collect(std::max<std::uint32_t>(1, line_.events / std::max<std::uint32_t>(1, wanted)));
       if (!(weight_ > 0)) return;
       if (round > 0) measure_misfit();
       ShapeEquations equations;

@@ -101,7 +101,8 @@ Status InitialGuess::step() {
 Status InitialGuess::next_straightening() {
   constexpr int kCount = static_cast<int>(sizeof(kStraightenings) / sizeof(kStraightenings[0]));
   const auto by_rms = [](const StartCandidate& a, const StartCandidate& b) { return a.rms_px < b.rms_px; };
-  std::sort(candidates_, candidates_ + num_candidates_, by_rms);
+  std::make_heap(candidates_, candidates_ + num_candidates_, by_rms);  // std::sort recurses
+  std::sort_heap(candidates_, candidates_ + num_candidates_, by_rms);
   const double ends_px = exhaustive_ ? options_.good_enough_px : promising_px();
   const bool good = num_candidates_ > 0 && candidates_[0].rms_px <= ends_px;
   if (!exhaustive_ && !good) {

@@ -32,7 +32,7 @@ execute_process(COMMAND ${OBJDUMP} --section-headers ${LIBRARY} OUTPUT_VARIABLE 
 string(REPLACE "\n" ";" sections "${sections}")
 set(member "")
 foreach(line ${sections})
-  if(line MATCHES "^([^ ]+\\.o): ")
+  if(line MATCHES "^([^ ]+\\.o(bj)?): ")
     set(member ${CMAKE_MATCH_1})
   elseif(line MATCHES "^ *[0-9]+ (\\.(data|init_array|ctors|tdata|tbss)[^ ]*) +([0-9a-f]+) ")
     set(section ${CMAKE_MATCH_1})

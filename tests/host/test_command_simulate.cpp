@@ -39,6 +39,15 @@ TEST_CASE("lecalib simulate: the shipped recording is what its README says") {
   }
 }
 
+TEST_CASE("lecalib simulate: the firmware's clip is what its README says") {
+  const std::string firmware = (source_dir() / "examples" / "firmware").string();
+  std::vector<std::string> arguments = simulate_line(read_text_file(firmware + "/README.md").value());
+  const TemporaryFolder folder;
+  arguments.insert(arguments.end(), {"--out", folder.path()});
+  REQUIRE(run_lecalib(arguments).exit_code == 0);
+  CHECK((read_text_file(firmware + "/clip.raw").value() == read_text_file(folder / "events.raw").value()));
+}
+
 TEST_CASE("lecalib simulate: what cannot be simulated is one line on stderr, and no file") {
   const TemporaryFolder folder;
   const std::string out = folder / "out";

@@ -103,6 +103,18 @@ TEST_CASE("a mono calibrator takes the memory that required_bytes() says, and no
   CHECK(calibrator.init(memory.span(), c, {}, kBox) == Status::ok);
 }
 
+TEST_CASE("a mono calibrator takes no more memory than the README says") {
+  Capacities small;
+  small.sensor_width = small.sensor_height = 320;
+  small.events_per_window = 7000, small.lines_per_window = 24, small.windows = 16, small.model_lines = 16;
+  CHECK(required_bytes(small) <= 455'000);
+  Capacities large;
+  large.sensor_width = 640, large.sensor_height = 480;
+  large.events_per_window = 20000, large.lines_per_window = 32, large.windows = 32, large.model_lines = 32;
+  CHECK(required_bytes(large) <= 1'150'000);
+  CHECK(required_bytes(Capacities{}) <= 4'500'000);
+}
+
 TEST_CASE("a mono calibrator refuses wrong arguments and calls out of turn") {
   const Capacities c = small_capacities();
   Memory memory(required_bytes(c));
@@ -127,6 +139,16 @@ TEST_CASE("a mono calibrator refuses wrong arguments and calls out of turn") {
   few_lines.model_lines = 8;
   CHECK(calibrator.init(memory.span(), few_lines, {}, kBox) == Status::capacity_exceeded);
   CHECK(calibrator.init(memory.span(), c, {}, Span<const ModelLine>(kBox).first(3)) == Status::too_few_lines);
+  MonoOptions many_points;
+  many_points.points.points_per_line = c.points_per_line + 1;
+  CHECK(calibrator.init(memory.span(), c, many_points, kBox) == Status::capacity_exceeded);
+  MonoOptions reference;
+  reference.detector.kind = DetectorKind::reference;
+  CHECK(calibrator.init(memory.span(), c, reference, kBox) == Status::capacity_exceeded);
+  Capacities with_reference = c;
+  with_reference.reference_detector = true;
+  Memory larger(required_bytes(with_reference));
+  CHECK(calibrator.init(larger.span(), with_reference, reference, kBox) == Status::ok);
 
   REQUIRE(calibrator.init(memory.span(), c, {}, kBox) == Status::ok);
   CHECK(calibrator.result(&result) == Status::wrong_state);

@@ -31,13 +31,21 @@ void redirect(int stream, const std::string& path) {
   if (file < 0 || ::dup2(file, stream) < 0) ::_exit(kCannotRun);
 }
 
-[[noreturn]] void become_lecalib(std::vector<std::string> arguments, RunAs who) {
-  arguments.insert(arguments.begin(), "lecalib");
+[[noreturn]] void become_lecalib(const std::vector<std::string>& arguments, RunAs who) {
+  // What runs the programs of another processor, told to show the program its name; or nothing.
+  std::vector<std::string> words = {LECALIB_EMULATOR};
+  const bool emulated = !words.empty();
+  if (emulated) {
+    words.insert(words.end(), {"-0", "lecalib", LECALIB_COMMAND});
+  } else {
+    words.emplace_back("lecalib");
+  }
+  words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
+  for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   if (who == RunAs::nobody && (::setgid(kNobody) != 0 || ::setuid(kNobody) != 0)) ::_exit(kCannotRun);
-  ::execv(LECALIB_COMMAND, argv.data());
+  ::execvp(emulated ? argv[0] : LECALIB_COMMAND, argv.data());
   ::_exit(kCannotRun);
 }
 
