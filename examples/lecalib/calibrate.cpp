@@ -144,6 +144,8 @@ void add_calibrate(CLI::App& app) {
   command->add_flag("--centred", options->hold_centre, "Hold the principal point at the image's centre");
   command->add_flag("--trust-lines", options->trust_lines,
                     "With --observations: use all lines, also those that do not fit the others");
+  command->add_flag("--lines-only", options->lines_only,
+                    "With EVENTS: calibrate from fitted lines, not from the events of their edges one by one");
   command
       ->add_option("--max-focal-sigma", options->max_focal_sigma,
                    "Refuse a focal length whose sigma is above this share of it (0.3 from points, 0.015 from events)")

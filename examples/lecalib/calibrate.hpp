@@ -26,6 +26,7 @@ struct CalibrateOptions {
   bool trust_lines = false;
   std::string gyro;            ///< file; empty: none
   GyroOptions gyro_noise;      ///< what its readings are off
+  bool lines_only = false;     ///< leave the edges' events out, see MonoOptions::use_edges
   double max_focal_sigma = 0;  ///< share of the focal length; 0: the solver's own
 
   /// What the options ask of the solver; the rest stays as it is.

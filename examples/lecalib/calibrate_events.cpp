@@ -20,6 +20,9 @@ using host::thread_cpu_ns;
 /// The search for the model's faces takes every four lines that meet: a second at this size, hours at 2000.
 constexpr std::size_t kMaxModelLines = 128;
 
+/// Windows are not to be thinned: edges need all of their events.
+constexpr std::uint32_t kMaxWindowEvents = 400000;
+
 double milliseconds(std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; }
 
 std::vector<EventFile> open_all(const CalibrateOptions& options) {
@@ -65,11 +68,17 @@ void add_counts(const std::vector<EventFile>& files, const MonoStats& stats, hos
                          {"windows_matched", stats.windows_matched},
                          {"matches", stats.matches},
                          {"turns", stats.turns}};
+  if (stats.edges_used) {
+    diagnostics->counts.push_back(
+        {"edges", stats.edges.lines - stats.edges.without_edge - stats.edges.blurred - stats.edges.faint});
+    diagnostics->counts.push_back({"flanks", stats.edges.flanks});
+  }
   diagnostics->dropped = {{"events_outside", decoded.outside},
                           {"events_unplaced", decoded.unplaced},
                           {"events_backward", stats.windows.backward},
                           {"events_thinned", stats.windows.thinned + stats.thinned},
-                          {"lines", stats.lines_dropped}};
+                          {"lines", stats.lines_dropped},
+                          {"crossings", stats.crossings_dropped}};
   diagnostics->cpu_ms.push_back({"decode", milliseconds(decode_ns)});
   for (std::size_t i = 0; i < kNumDetectorStages; ++i) {
     diagnostics->cpu_ms.push_back({to_string(static_cast<DetectorStage>(i)), milliseconds(stats.stage_ns[i])});
@@ -88,11 +97,13 @@ void calibrate_events(const CalibrateOptions& options, const host::Model& model,
   report->diagnostics.inputs.insert(report->diagnostics.inputs.end(), options.events.begin(), options.events.end());
 
   Capacities capacities;
+  capacities.events_per_window = kMaxWindowEvents;
   capacities.model_lines = std::max(capacities.model_lines, static_cast<std::uint32_t>(model.lines.size()));
   capacities.sensor_width = files.front().sensor().width;
   capacities.sensor_height = files.front().sensor().height;
   MonoOptions mono;
   options.apply(&mono.solver);
+  mono.use_edges = !options.lines_only;
   mono.detector.clock_ns = &thread_cpu_ns;
   std::vector<GyroSample> gyro;
   if (!options.gyro.empty()) {

@@ -30,6 +30,20 @@ struct Segment {
   float x1, y1, x2, y2;
 };
 
+/// The two times of a LineEdge, in half windows before and after the window's middle.
+inline constexpr float kEdgeTime = 0.36F;
+
+/// Where the edge of a line is, at two times of its window and three places along it: what a fit that is linear in time
+/// and quadratic along the line knows, in six places whose errors are not correlated.
+struct LineEdge {
+  float x[2][3], y[2][3];         ///< px, distorted; [time][place], along the line in the order of its end points
+  float sigma_px = 0;             ///< one sigma of the position at each of the times, what its crossings share included
+  float scatter_px = 0;           ///< robust one sigma of one crossing
+  float events_per_crossing = 0;  ///< mean
+  float speed_px_per_s = 0;       ///< along (-dy, dx), with (dx, dy) from place 0 to place 2
+  std::uint32_t crossings = 0;    ///< 0: there is no edge
+};
+
 /// One moving line of a window, at the window's two ends. begin.(x1, y1) and end.(x1, y1) belong to the same end of the
 /// line. The end points lie on the fitted curve, which stands beside the chord, along its normal (-dy, dx) / length, by
 ///     4 f (1 - f) (bend + g skew + g^2 peak),   f from 0 to 1 along it, g = 2 f - 1
@@ -43,6 +57,7 @@ struct EventLine {
   std::int8_t polarity;      ///< +1 ON, -1 OFF, 0 both
   float bend_change_px = 0;  ///< how much more the line bends at the window's end than at its begin
   float skew_px = 0, peak_px = 0;
+  LineEdge edge = {};  ///< of the events one by one; what stands above is of all together
 };
 
 /// Stands for the events in a stretch of a line and a part of its window: their mean, for fits that want more than the

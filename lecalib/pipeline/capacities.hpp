@@ -8,9 +8,10 @@ namespace lecalib {
 /// How much a calibrator can hold. Memory follows by required_bytes(); beyond a capacity an even share is kept and the
 /// rest counted.
 struct Capacities {
-  std::uint32_t events_per_window = 60000;  ///< further events of a window are thinned evenly over its time
-  std::uint32_t lines_per_window = 64;      ///< further lines of a window are given up, the weakest first
-  std::uint32_t windows = 96;               ///< windows kept; when full, every other one is given up
+  /// Further events of a window are thinned evenly over its time; it then gives lines, but no edges.
+  std::uint32_t events_per_window = 60000;
+  std::uint32_t lines_per_window = 64;  ///< further lines of a window are given up, the weakest first
+  std::uint32_t windows = 96;           ///< windows kept; when full, every other one is given up
   std::uint32_t model_lines = 64;
   std::uint32_t points_per_line = 3;  ///< room for ViewPointOptions::points_per_line
   bool reference_detector = false;    ///< room for DetectorKind::reference, beside the fast one: 1.3 MB

@@ -177,7 +177,7 @@ std::size_t settle_lines(const EventCloud& cloud, std::size_t count, const Detec
   return count;
 }
 
-/// @return how many lines were written, those with most events first
+/// @return how many lines were written, those with most events first; with their shapes in the workspace
 std::size_t write_lines(const EventCloud& cloud, Span<MovingLine> lines, const DetectorOptions& options,
                         const DetectorWorkspace& ws, Span<EventLine> out, DetectorStats* stats) {
   const StageTimer timer(options.clock_ns, DetectorStage::shape, stats);
@@ -189,11 +189,21 @@ std::size_t write_lines(const EventCloud& cloud, Span<MovingLine> lines, const D
   for (std::size_t i = 0; i < count; ++i) {
     std::size_t num_samples = 0;
     out[i] = shape_line(cloud, options.shape, options.fit.priors, ws.fit, lines[i],
-                        ws.samples.subspan(i * per_line, per_line), &num_samples);
+                        ws.samples.subspan(i * per_line, per_line), &num_samples, &ws.shapes[i]);
     if (per_line > 0) ws.num_samples[i] = static_cast<std::uint8_t>(num_samples);
   }
   stats->lines_dropped += static_cast<std::uint32_t>(lines.size() - count);
   return count;
+}
+
+/// Adds their edges to the lines that were written.
+void find_edges(const EventCloud& cloud, float window_us, Span<const MovingLine> lines, const DetectorOptions& options,
+                const DetectorWorkspace& ws, Span<EventLine> out, DetectorStats* stats) {
+  const StageTimer timer(options.clock_ns, DetectorStage::edges, stats);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const CrossingFit fit{window_us, options.crossings, options.shape, options.fit.priors};
+    (void)fit_crossings(cloud, fit, ws.fit, lines[i], ws.shapes[i], &out[i].edge, &stats->crossings_dropped);
+  }
 }
 
 }  // namespace
@@ -208,6 +218,7 @@ const char* to_string(DetectorStage stage) noexcept {
     case DetectorStage::lines: return "lines";
     case DetectorStage::merge: return "merge";
     case DetectorStage::shape: return "shape";
+    case DetectorStage::edges: return "edges";
   }
   return "unknown";
 }
@@ -241,6 +252,10 @@ Status detect_lines(const EventWindow& window, const DetectorOptions& options, D
   }
   num_lines = settle_lines(cloud, num_lines, options, ws, stats);
   *count = write_lines(cloud, ws.lines.first(num_lines), options, ws, out, stats);
+  if (options.find_edges && cloud.kept_share >= 1) {
+    const auto window_us = static_cast<float>(window.end_us - window.begin_us);
+    find_edges(cloud, window_us, ws.lines.first(*count), options, ws, out, stats);
+  }
   return Status::ok;
 }
 

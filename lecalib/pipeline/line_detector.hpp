@@ -21,6 +21,7 @@
 #include "lecalib/planes/region_growing.hpp"
 #include "lecalib/segments/cell_seeds.hpp"
 #include "lecalib/segments/failed_lines.hpp"
+#include "lecalib/segments/line_crossings.hpp"
 #include "lecalib/segments/line_extension.hpp"
 #include "lecalib/segments/line_fit.hpp"
 #include "lecalib/segments/line_growth.hpp"
@@ -50,12 +51,14 @@ struct DetectorOptions {
   MergeOptions merge;
   SplitOptions split;
   LineShapeOptions shape;
+  bool find_edges = false;  ///< fills EventLine::edge, where the window is not thinned
+  CrossingOptions crossings;
   /// Monotonic clock for DetectorStats::stage_ns; null: stages are not timed.
   std::uint64_t (*clock_ns)() = nullptr;
 };
 
-enum class DetectorStage : std::uint8_t { cloud, normals, planes, segments, seeds, lines, merge, shape };
-inline constexpr std::size_t kNumDetectorStages = 8;
+enum class DetectorStage : std::uint8_t { cloud, normals, planes, segments, seeds, lines, merge, shape, edges };
+inline constexpr std::size_t kNumDetectorStages = 9;
 /// The stage's name, e.g. "normals". Never null.
 const char* to_string(DetectorStage stage) noexcept;
 
@@ -73,8 +76,9 @@ struct DetectorStats {
   std::uint32_t fits[kNumFitOutcomes] = {};  ///< by FitOutcome
   std::uint32_t lines_extended = 0;          ///< through lines that they cross
   std::uint32_t lines_merged = 0;
-  std::uint32_t lines_cut = 0;      ///< at gaps
-  std::uint32_t lines_dropped = 0;  ///< for want of room in the workspace or the output, the weakest first
+  std::uint32_t lines_cut = 0;          ///< at gaps
+  std::uint32_t lines_dropped = 0;      ///< for want of room in the workspace or the output, the weakest first
+  std::uint32_t crossings_dropped = 0;  ///< pixels left out of the edges for want of room, evenly
   std::uint64_t stage_ns[kNumDetectorStages] = {};
 };
 
@@ -93,6 +97,7 @@ struct DetectorWorkspace {
   CloudWorkspace cloud;
   Span<PlaneLine> guesses;         ///< [regions]
   Span<MovingLine> lines;          ///< [lines]
+  Span<LineShape> shapes;          ///< [lines]
   Span<LineSample> samples;        ///< [lines * samples_per_line], see line_samples()
   Span<std::uint8_t> num_samples;  ///< [lines], or none
   // From here on the planes' part and the lines' part share their bytes.
@@ -119,7 +124,7 @@ constexpr bool carve(Carver& carver, const DetectorCapacities& capacities, Detec
   const RegionCapacities regions{capacities.surface_points, capacities.regions, capacities.width, capacities.height};
   const LineCapacities lines{capacities.events, capacities.width, capacities.height};
   if (!carve(carver, cloud, &out->cloud) || !carver.carve(capacities.regions, &out->guesses) ||
-      !carver.carve(capacities.lines, &out->lines) ||
+      !carver.carve(capacities.lines, &out->lines) || !carver.carve(capacities.lines, &out->shapes) ||
       !carver.carve(capacities.lines * capacities.samples_per_line, &out->samples) ||
       !carver.carve(capacities.samples_per_line > 0 ? capacities.lines : 0, &out->num_samples)) {
     return false;

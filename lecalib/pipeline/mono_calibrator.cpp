@@ -1,11 +1,24 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/pipeline/mono_calibrator.hpp"
 
+#include "lecalib/math/so3.hpp"
+
 namespace lecalib {
 namespace {
 
 /// Steps of matcher and solver after which progress() stands half way to its end.
 constexpr float kHalfWaySteps = 200;
+
+/// Where the views of edges stand between a window's begin (0) and end (1), and where those stand between the views.
+constexpr double kFirstView = 0.5 - 0.5 * static_cast<double>(kEdgeTime);
+constexpr double kBeginFromViews = 0.5 - 0.5 / static_cast<double>(kEdgeTime);
+
+/// The pose at a fraction of the way from one to another, or beyond them.
+Pose pose_between(const Pose& from, const Pose& to, double fraction) {
+  const Mat3 R = rotation_of(from);
+  const Mat3 turn = so3_exp(fraction * so3_log(rotation_of(to) * R.transpose()));
+  return make_pose(turn * R, (1 - fraction) * translation_of(from) + fraction * translation_of(to));
+}
 
 }  // namespace
 
@@ -112,6 +125,8 @@ Status MonoCalibrator::detect() {
   if (status != Status::ok) return fail(status);
   DetectorStats detected;
   std::size_t count = 0;
+  // A crossing of which events were thinned out tells nothing.
+  options_.detector.find_edges = options_.use_edges && builder_.stats().thinned == stats_.windows.thinned;
   status = detect_lines(window, options_.detector, &workspace_.detector, workspace_.lines, &count, &detected);
   if (status != Status::ok) return fail(status);
 
@@ -120,6 +135,7 @@ Status MonoCalibrator::detect() {
   stats_.windows = builder_.stats();
   stats_.lines += count;
   stats_.lines_dropped += detected.lines_dropped;
+  stats_.crossings_dropped += detected.crossings_dropped;
   for (std::size_t i = 0; i < kNumDetectorStages; ++i) stats_.stage_ns[i] += detected.stage_ns[i];
   window_length_us_ = next_window_length(options_.window, window_length_us_, lines, workspace_.travel);
   status = builder_.set_length_us(window_length_us_);
@@ -141,8 +157,10 @@ Status MonoCalibrator::begin_matching() {
 Status MonoCalibrator::advance(Status status) {
   if (status == Status::in_progress) return status;
   stats_.matcher = matcher_.stats();
+  if (phase_ == MonoPhase::solving && status != Status::ok && on_edges_) return begin_solving(false);
   if (status != Status::ok) return fail(status);
-  if (phase_ == MonoPhase::matching) return begin_solving();
+  if (phase_ == MonoPhase::matching) return begin_solving(options_.use_edges);
+  stats_.edges_used = on_edges_;
   if (++round_ < options_.rounds) return begin_next_round();
   phase_ = MonoPhase::done;
   return verdict_ = Status::ok;
@@ -163,30 +181,55 @@ std::size_t MonoCalibrator::find_turns() {
   return count;
 }
 
-/// matches -> points -> solver, which starts from the matcher's camera and poses.
-Status MonoCalibrator::begin_solving() {
+/// matches -> points, of edges or of lines
+Status MonoCalibrator::make_points(std::size_t* count) {
+  const Span<const LineWindow> windows = workspace_.bank.windows();
+  if (!on_edges_) {
+    return make_view_points(options_.points, windows, matcher_.matches(), workspace_.points, workspace_.views, count,
+                            &num_views_);
+  }
+  return make_edge_points(options_.edges, windows, matcher_.matches(), workspace_.points, workspace_.edges,
+                          workspace_.views, count, &num_views_, &stats_.edges);
+}
+
+/// @param on_edges solve by edges, or else, and where these don't suffice, by lines
+Status MonoCalibrator::begin_solving(bool on_edges) {
+  phase_ = MonoPhase::solving;
+  on_edges_ = on_edges;
+  Status status = start_solver();
+  if (status != Status::ok && on_edges_) {
+    on_edges_ = false;
+    status = start_solver();
+  }
+  return status == Status::ok ? Status::in_progress : fail(status);
+}
+
+/// points -> solver, which starts from the matcher's camera and poses.
+Status MonoCalibrator::start_solver() {
   const Span<const WindowPoses> poses = matcher_.poses();
   stats_.windows_matched = static_cast<std::uint32_t>(poses.size());
   stats_.matches = static_cast<std::uint32_t>(matcher_.matches().size());
   std::size_t num_points = 0;
-  Status status = make_view_points(options_.points, workspace_.bank.windows(), matcher_.matches(), workspace_.points,
-                                   workspace_.views, &num_points, &num_views_);
-  if (status != Status::ok) return fail(status);
+  const Status status = make_points(&num_points);
+  if (status != Status::ok) return status;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    workspace_.start_poses[2 * i] = poses[i].begin;
-    workspace_.start_poses[2 * i + 1] = poses[i].end;
+    const double first = on_edges_ ? kFirstView : 0.0;
+    workspace_.start_poses[2 * i] = pose_between(poses[i].begin, poses[i].end, first);
+    workspace_.start_poses[2 * i + 1] = pose_between(poses[i].end, poses[i].begin, first);
   }
   CalibrationData data = {capacities_.sensor_width,
                           capacities_.sensor_height,
                           model_,
                           {workspace_.points.data(), num_points},
                           {workspace_.views.data(), num_views_}};
+  MonoSolverOptions solver = options_.solver;
+  if (on_edges_) {
+    data.edges = {workspace_.edges.data(), num_points};
+    solver.covariance.line_offset_px = 0;  // offsets are estimated
+  }
   data.relative = workspace_.turns.first(find_turns());
   const MonoStart start = {matcher_.camera(), {workspace_.start_poses.data(), num_views_}};
-  status = solver_.init(data, options_.solver, workspace_.solver, &start);
-  if (status != Status::ok) return fail(status);
-  phase_ = MonoPhase::solving;
-  return Status::in_progress;
+  return solver_.init(data, solver, workspace_.solver, &start);
 }
 
 /// Matches anew through the camera that was just found.
@@ -197,9 +240,10 @@ Status MonoCalibrator::begin_next_round() {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const ViewResult& begin = result.views[2 * i];
     const ViewResult& end = result.views[2 * i + 1];
-    if (begin.used && end.used) {
-      workspace_.predictions[count++] = {poses[i].window, begin.T_cam_world, end.T_cam_world};
-    }
+    if (!begin.used || !end.used) continue;
+    const double before = on_edges_ ? kBeginFromViews : 0.0;
+    workspace_.predictions[count++] = {poses[i].window, pose_between(begin.T_cam_world, end.T_cam_world, before),
+                                       pose_between(end.T_cam_world, begin.T_cam_world, before)};
   }
   const Status status = matcher_.rematch(result.camera, {workspace_.predictions.data(), count});
   if (status != Status::ok) return fail(status);

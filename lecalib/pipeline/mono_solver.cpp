@@ -15,9 +15,6 @@ constexpr double kSquaresTolerance = 1e-3;
 /// A residual of so many robust sigmas is no accident among the points of a calibration.
 constexpr double kWrongSpreads = 5.0;
 
-/// Rounds of sorting lines and solving anew, at most; two or three settle it.
-constexpr int kMaxSortings = 16;
-
 /// Sigma of a Gaussian over the median of its absolute value.
 constexpr double kGaussianOverMedian = 1.4826;
 
@@ -40,7 +37,10 @@ Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& op
       workspace.guess.moments.size() < data.model.size() || workspace.guess.lines.size() < data.model.size() ||
       workspace.chosen.size() < data.model.size() || workspace.left_out.size() < data.points.size() ||
       workspace.residuals.size() < data.points.size() || workspace.feet.size() < data.points.size() ||
-      workspace.sorted_residuals.size() < data.points.size()) {
+      workspace.sorted_residuals.size() < data.points.size() ||
+      (!data.edges.empty() &&
+       (workspace.corrected.size() < data.points.size() || workspace.wrong_edges.size() < data.points.size() ||
+        workspace.offsets.slot.size() < kOffsetsPerLine * data.model.size()))) {
     return Status::capacity_exceeded;
   }
   data_ = data;
@@ -54,8 +54,9 @@ Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& op
   workspace_.feet = workspace.feet.first(data.points.size());
   for (float& residual : workspace_.residuals) residual = 0.0F;
   workspace_.left_out = workspace.left_out.first(data.points.size());
+  if (has_edges()) begin_edges();
   result_ = CalibrationResult();
-  attempts_ = sortings_ = 0;
+  attempts_ = sortings_ = offset_rounds_ = 0;
   has_start_ = start != nullptr;
   guess_ = InitialGuess();
   if (start != nullptr) {
@@ -118,18 +119,21 @@ Status MonoSolver::step_refinement() {
   const Status status = refiner_.step();
   if (status == Status::in_progress) return status;
   if (status != Status::ok) return conclude(status);
-  if (phase_ == Phase::refine_robust && sortings_ > 0 && sortings_ < kMaxSortings && sort_lines()) {
+  if (phase_ == Phase::refine_robust && has_edges() && sort_edges() == Status::in_progress) return Status::in_progress;
+  if (phase_ == Phase::refine_robust && !has_edges() && sortings_ > 0 && sortings_ < kMaxSortings && sort_lines()) {
     ++sortings_;
     begin_refinement(refiner_.camera());
     return Status::in_progress;
   }
   if (phase_ == Phase::refine) {
+    if (has_edges()) drop_open_views();
     phase_ = Phase::refine_robust;
     // Trusted sigmas are only ever widened, and the priors stay in proportion to them.
     const double spread = fitted_spread();
     const double scale = options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread;
     refiner_.set_decrease_tolerance(options_.refine.decrease_tolerance);
-    refiner_.set_loss(options_.loss, options_.loss_width * scale, scale);
+    // Edges are off by more than their sigmas until their offsets are known: that says nothing about the sigmas.
+    refiner_.set_loss(options_.loss, options_.loss_width * scale, has_edges() ? 1.0 : scale);
     return Status::in_progress;
   }
   return conclude(Status::ok);
@@ -182,8 +186,8 @@ Status MonoSolver::conclude(Status status) {
     status = judge(status, &attempt);
   }
   attempt.status = status;
-  const bool sorted = sortings_ > 0;
-  if (sorted && status == Status::ok && !keeps_enough_lines(attempt)) status = attempt.status = Status::no_match;
+  const bool sorted = sortings_ > 0 && !has_edges();
+  if (sortings_ > 0 && status == Status::ok && !keeps_enough_lines(attempt)) status = attempt.status = Status::no_match;
   const bool first = attempts_ == 1 && !sorted;
   if (first || status == Status::ok || (refined && !sorted && refiner_.cost() < best_cost_)) {
     best_cost_ = refiner_.cost();
@@ -254,7 +258,8 @@ Status MonoSolver::judge(Status status, CalibrationResult* result) {
     return std::isfinite(refiner_.cost()) && !refiner_.reduced_system(&system) ? Status::degenerate_geometry : status;
   }
   const Status covariance = compute_covariance(refiner_, policy_, options_.covariance, views_used_,
-                                               workspace_.responses.first(data_.model.size()), result, &spread_);
+                                               workspace_.responses.first(data_.model.size()), result, &spread_,
+                                               has_edges() ? &offsets_ : nullptr);
   if (covariance != Status::ok) return covariance;
   const Status plausible = check_plausibility(data_, workspace_.guess.views, options_.plausibility, result);
   return status == Status::ok || plausible == Status::undetermined ? plausible : status;

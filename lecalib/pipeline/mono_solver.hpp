@@ -13,6 +13,7 @@
 #include "lecalib/solve/calibration_data.hpp"
 #include "lecalib/solve/calibration_result.hpp"
 #include "lecalib/solve/covariance.hpp"
+#include "lecalib/solve/edge_offsets.hpp"
 #include "lecalib/solve/initial_guess.hpp"
 #include "lecalib/solve/line_ransac.hpp"
 #include "lecalib/solve/parameter_policy.hpp"
@@ -34,13 +35,18 @@ struct MonoSolverOptions {
   bool reject_lines = true;
   LineRansacOptions ransac;
   CovarianceOptions covariance;
+  EdgeOffsetOptions offsets;  ///< of points that come with CalibrationData::edges
   PlausibilityOptions plausibility;
 };
+
+/// Rounds of sorting lines and solving anew, at most; two or three settle it.
+inline constexpr int kMaxSortings = 16;
 
 struct MonoSolverCapacities {
   std::size_t views = 64;
   std::size_t points = 8192;
   std::size_t model_lines = 64;
+  std::size_t edge_points = 0;  ///< of these points, those that may come with CalibrationData::edges
 };
 
 struct MonoSolverWorkspace {
@@ -53,6 +59,9 @@ struct MonoSolverWorkspace {
   Span<std::uint8_t> left_out;        ///< one per point
   Span<ViewLine> chosen;              ///< one per model line, scratch
   Span<LineResponse> responses;       ///< one per model line
+  Span<LinePoint> corrected;          ///< one per edge point: where it is without its offsets
+  Span<std::uint8_t> wrong_edges;     ///< one per edge point
+  EdgeOffsetWorkspace offsets;
 };
 
 /// Pairs of a view and a model line that is seen in it, at most.
@@ -71,7 +80,11 @@ constexpr bool carve(Carver& carver, const MonoSolverCapacities& capacities, Mon
          carver.carve(capacities.views, &out->results) &&
          carver.carve(max_line_results(capacities), &out->line_results) &&
          carver.carve(capacities.points, &out->left_out) && carver.carve(capacities.model_lines, &out->chosen) &&
-         carver.carve(capacities.model_lines, &out->responses);
+         carver.carve(capacities.model_lines, &out->responses) &&
+
+         carver.carve(capacities.edge_points, &out->corrected) &&
+         carver.carve(capacities.edge_points, &out->wrong_edges) &&
+         (capacities.edge_points == 0 || carve(carver, EdgeOffsetCapacities{capacities.model_lines}, &out->offsets));
 }
 
 constexpr std::size_t required_bytes(const MonoSolverCapacities& capacities) {
@@ -108,7 +121,8 @@ class MonoSolver {
   /// Residual of each point at the end of the last refinement, in its own sigmas; of those left out as well.
   [[nodiscard]] Span<const float> residuals() const { return workspace_.residuals; }
 
-  /// Per point, not 0: its line was found to be wrong. Empty where all lines are used.
+  /// Per point, not 0: its line was found to be wrong. Empty where all lines are used. Edges are sorted in any case:
+  /// some of those that fire where a line is expected are others.
   [[nodiscard]] Span<const std::uint8_t> left_out() const { return data_.left_out; }
 
  private:
@@ -126,6 +140,13 @@ class MonoSolver {
   Status step_refinement();
   Status begin_ransac();
   Status step_ransac();
+  [[nodiscard]] bool has_edges() const { return !data_.edges.empty(); }
+  void begin_edges();
+  void drop_open_views();
+  bool move_edges();
+  bool drop_wrong_edges();
+  Status sort_edges();
+  [[nodiscard]] double least_spread() const;
   bool has_wrong_lines();
   bool sort_lines();
   void judge_view(const ReducedSystem& system, std::size_t index, double spread, Span<float> sizes);
@@ -149,12 +170,14 @@ class MonoSolver {
   InitialGuess guess_;
   LineRansac ransac_;
   Refiner refiner_;
+  EdgeOffsets offsets_;
   CalibrationResult result_;
   IntrinsicSpread spread_ = {};
   double best_cost_ = 0.0;
   std::size_t views_used_ = 0;
   int attempts_ = 0;
   int sortings_ = 0;
+  int offset_rounds_ = 0;
   bool has_start_ = false;
   Phase phase_ = Phase::idle;
 };

@@ -8,8 +8,11 @@
 namespace lecalib {
 namespace {
 
-/// Largest residual, robust sigmas, of a right point: one in 10^4 has more.
+/// Largest residual, robust sigmas, of a right point: one in 10^4 has more. An edge's sigmas are careful ones, and
+/// what is no edge of the model is often near to one.
 constexpr double kRightSpreads = 5.0;
+constexpr double kRightEdgeSpreads = 4.0;
+constexpr double kLeastEdgeSpread = 0.6;
 
 /// Largest rms residual, robust sigmas, of a right line's points from the solution without it: of two points one line
 /// in 10^5 has more, and one in 4000 where some twenty others tell the sigma.
@@ -37,11 +40,15 @@ bool MonoSolver::sort_lines() {
   return changed;
 }
 
+/// Of trusted sigmas, that are not narrowed below it.
+double MonoSolver::least_spread() const { return has_edges() ? kLeastEdgeSpread : 1.0; }
+
 /// Turns the standardised residuals of a view into shares of what is allowed: each point's own, or its line's.
 void MonoSolver::judge_view(const ReducedSystem& system, std::size_t index, double spread, Span<float> sizes) {
   const View& view = data_.views[index];
   const Span<LineMoments> moments = workspace_.guess.moments;
-  const double limit = kRightSpreads * (options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread);
+  const double limit = (has_edges() ? kRightEdgeSpreads : kRightSpreads) *
+                       (options_.covariance.trust_sigma ? std::max(spread, least_spread()) : spread);
   for (LineMoments& m : moments) m = {};  // low, high: wrong points, of those in use and of all
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {
     sizes[i] = static_cast<float>(std::abs(static_cast<double>(sizes[i])) / limit);
@@ -73,7 +80,8 @@ double MonoSolver::line_size(const ReducedSystem& system, std::size_t view, std:
   const double dof = static_cast<double>(refiner_.points_used()) - unknowns - static_cast<double>(points);
   double variance = spread * spread;
   if (dof >= kMinScaleDof) variance = std::min(variance, std::max(0.0, refiner_.data_cost() - misfit) / dof);
-  variance = std::max(variance, options_.covariance.trust_sigma ? 1.0 : kMinSpread * kMinSpread);
+  variance =
+      std::max(variance, options_.covariance.trust_sigma ? least_spread() * least_spread() : kMinSpread * kMinSpread);
   return std::sqrt(misfit / (static_cast<double>(points) * variance)) / kRightLineSpreads;
 }
 
@@ -98,7 +106,8 @@ bool MonoSolver::sort_view(std::size_t index, Span<const float> sizes) {
   bool changed = false;
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {
     const LineMoments& m = moments[data_.points[i].line];
-    const std::uint8_t wrong = 2.0 * m.x >= m.count || is_wrong(i) ? 1 : 0;
+    const bool wrong_edge = has_edges() && workspace_.wrong_edges[i] != 0;
+    const std::uint8_t wrong = wrong_edge || 2.0 * m.x >= m.count || is_wrong(i) ? 1 : 0;
     changed = changed || wrong != workspace_.left_out[i];
     workspace_.left_out[i] = wrong;
   }

@@ -6,27 +6,32 @@
 
 #include "lecalib/segments/corridor.hpp"
 #include "lecalib/segments/event_weight.hpp"
-#include "lecalib/segments/shape_equations.hpp"
+#include "lecalib/segments/shape_cells.hpp"
 
 namespace lecalib {
 namespace {
 
 constexpr float kColumnPx = 12;
 constexpr int kMinColumns = 4;
-constexpr int kMaxColumns = 24;
-constexpr int kSlots = 4;  // of the window
-constexpr int kMaxCells = kMaxColumns * kSlots;
 constexpr float kMinHalfLengthPx = 8;
 constexpr std::uint32_t kFirstRoundEvents = 2000;  // it only brings the shape near
 
 constexpr float kShapeMarginPx = 2;  // by which the shape may stray from the fitted line
-constexpr float kMinCellWeight = 3;  // of cells that tell whether the shape fits
-constexpr float kFreeTerms = 5;      // of the shape, that the priors hardly hold
 
-/// Weighted sums over the events in a stretch of the line and a part of the window.
-struct ShapeCell {
-  float events, weight, u, tau, residual;
-};
+/// The line as a shape: what it has of the terms.
+LineShape shape_of(const MovingLine& line) {
+  LineShape out;
+  out.middle_px = 0.5F * (line.lowest() + line.highest());
+  out.half_px = std::max(0.5F * (line.highest() - line.lowest()), kMinHalfLengthPx);
+  const float scale = out.half_px * kAlongUnit;
+  const float s = out.middle_px * kAlongUnit;
+  out.terms[0] = line.m[0] + s * (line.m[1] + s * line.m[4]);
+  out.terms[1] = (line.m[1] + 2 * s * line.m[4]) * scale;
+  out.terms[2] = line.m[2] + s * line.m[3];
+  out.terms[3] = line.m[3] * scale;
+  out.terms[4] = line.m[4] * scale * scale;
+  return out;
+}
 
 class ShapeFitter {
  public:
@@ -37,18 +42,9 @@ class ShapeFitter {
         priors_(priors),
         ws_(workspace),
         line_(line),
-        middle_(0.5F * (line.lowest() + line.highest())),
-        half_(std::max(0.5F * (line.highest() - line.lowest()), kMinHalfLengthPx)),
-        columns_(std::clamp(static_cast<int>(2 * half_ / kColumnPx), kMinColumns, kMaxColumns)),
-        variance_(line.thickness_px * line.thickness_px) {
-    const float scale = half_ * kAlongUnit;
-    const float s = middle_ * kAlongUnit;
-    shape_[0] = line.m[0] + s * (line.m[1] + s * line.m[4]);
-    shape_[1] = (line.m[1] + 2 * s * line.m[4]) * scale;
-    shape_[2] = line.m[2] + s * line.m[3];
-    shape_[3] = line.m[3] * scale;
-    shape_[4] = line.m[4] * scale * scale;
-  }
+        shape_(shape_of(line)),
+        cells_(shape_columns(shape_)),
+        variance_(line.thickness_px * line.thickness_px) {}
 
   void fit() {
     // Until it is solved, sigma is that of the events.
@@ -57,20 +53,17 @@ class ShapeFitter {
       const std::uint32_t wanted = round == 0 ? std::min(kFirstRoundEvents, options_.max_events) : options_.max_events;
       collect(std::max<std::uint32_t>(1, line_.events / std::max<std::uint32_t>(1, wanted)));
       if (!(weight_ > 0)) return;
-      if (round > 0) measure_misfit();
+      if (round > 0) misfit2_ = cells_.misfit2(variance_);
       ShapeEquations equations;
-      for (int i = 0; i < columns_ * kSlots; ++i) {
-        const ShapeCell& cell = cells_[i];
-        if (!(cell.weight > 0)) continue;
-        equations.add(cell.u / cell.weight, cell.tau / cell.weight, 1 / cell_variance(cell),
-                      cell.residual / cell.weight);
-      }
-      add_priors(&equations);
+      cells_.add_to(&equations, variance_, misfit2_);
+      add_shape_priors(options_, priors_, shape_, &equations);
       if (!equations.solve(change_)) return;
-      for (int i = 0; i < kNumShapeTerms; ++i) shape_[i] += change_[i];
+      for (int i = 0; i < kNumShapeTerms; ++i) shape_.terms[i] += change_[i];
       equations_ = equations;
     }
   }
+
+  [[nodiscard]] const LineShape& shape() const { return shape_; }
 
   [[nodiscard]] EventLine record() const {
     EventLine out{};
@@ -96,15 +89,17 @@ class ShapeFitter {
 
   /// Cells, as many side by side taken together as the room asks for.
   [[nodiscard]] std::size_t write_samples(Span<LineSample> out) const {
-    const auto room = static_cast<int>(std::min<std::size_t>(out.size(), kMaxCells));
+    const int all_columns = cells_.columns();
+    const auto room = static_cast<int>(std::min<std::size_t>(out.size(), ShapeCells::kMaxCells));
     if (room == 0) return 0;
-    const int slots = room >= columns_ * kSlots ? kSlots : room >= 2 * kMinColumns ? 2 : 1;
-    const int columns = std::min(columns_, room / slots);
+    constexpr int kSlots = ShapeCells::kSlots;
+    const int slots = room >= all_columns * kSlots ? kSlots : room >= 2 * kMinColumns ? 2 : 1;
+    const int columns = std::min(all_columns, room / slots);
     std::size_t count = 0;
     for (int i = 0; i < columns; ++i) {
       for (int k = 0; k < slots; ++k) {
-        const ShapeCell sum =
-            joined(i * columns_ / columns, (i + 1) * columns_ / columns, k * kSlots / slots, (k + 1) * kSlots / slots);
+        const ShapeCell sum = cells_.joined(i * all_columns / columns, (i + 1) * all_columns / columns,
+                                            k * kSlots / slots, (k + 1) * kSlots / slots);
         if (sum.weight > 0) out[count++] = sample_of(sum);
       }
     }
@@ -112,8 +107,8 @@ class ShapeFitter {
   }
 
  private:
-  [[nodiscard]] float position(float s_px) const { return (s_px - middle_) / half_; }
-  [[nodiscard]] float offset(float s_px, float tau) const { return shape_at(shape_, position(s_px), tau); }
+  [[nodiscard]] float position(float s_px) const { return shape_.position(s_px); }
+  [[nodiscard]] float offset(float s_px, float tau) const { return shape_at(shape_.terms, position(s_px), tau); }
 
   [[nodiscard]] Segment segment(int end) const {
     const float tau = end == 0 ? -1.0F : 1.0F;
@@ -136,121 +131,45 @@ class ShapeFitter {
   }
 
   void collect(std::uint32_t stride) {
-    for (ShapeCell& cell : cells_) cell = {};
+    cells_.clear();
     const float band = weight_band(std::sqrt(variance_));
     const float per_band2 = 1 / (band * band);
     float weighted_square = 0;
     weight_ = 0;
-    for_each_near_line(cloud_, line_, middle_ - half_, middle_ + half_, band + kShapeMarginPx, line_.polarities, stride,
-                       [&](const LineEvent& event) {
+    for_each_near_line(cloud_, line_, shape_.low_px(), shape_.high_px(), band + kShapeMarginPx, line_.polarities,
+                       stride, [&](const LineEvent& event) {
                          const std::uint8_t owner = ws_.owner[event.index];
                          if (owner != 0 && owner != line_.id) return;
                          const float u = position(event.along_px);
-                         const float r = event.across_px - shape_at(shape_, u, event.tau);
+                         const float r = event.across_px - shape_at(shape_.terms, u, event.tau);
                          const float weight = 1 - r * r * per_band2;
                          if (weight <= 0) return;
-                         ShapeCell& cell = cells_[cell_of(u, event.tau)];
-                         cell.events += 1;
-                         cell.weight += weight;
-                         cell.u += weight * u;
-                         cell.tau += weight * event.tau;
-                         cell.residual += weight * r;
+                         cells_.add(u, event.tau, weight, r);
                          weighted_square += weight * r * r;
                          weight_ += weight;
                        });
     if (weight_ > 0) variance_ = std::max(weighted_square / (weight_ * kWeightedVariance), 1e-4F);
   }
 
-  [[nodiscard]] int cell_of(float u, float tau) const {
-    const int column = std::clamp(static_cast<int>((u + 1) * 0.5F * static_cast<float>(columns_)), 0, columns_ - 1);
-    const int slot = std::clamp(static_cast<int>((tau + 1) * (0.5F * kSlots)), 0, kSlots - 1);
-    return column * kSlots + slot;
-  }
-
-  /// How much the cells' means scatter beyond what the number of their events explains, px^2: what the shape does not
-  /// follow, and what neighbouring events have in common.
-  void measure_misfit() {
-    float chi2 = 0;
-    float cells = 0;
-    for (int i = 0; i < columns_ * kSlots; ++i) {
-      const ShapeCell& cell = cells_[i];
-      if (cell.weight < kMinCellWeight) continue;
-      chi2 += cell.residual * cell.residual / cell.weight;
-      cells += 1;
-    }
-    const float expected = std::max(cells - kFreeTerms, 1.0F) * variance_ * kVarianceInflation;
-    misfit2_ = std::max(0.0F, (chi2 - expected) / weight_);
-  }
-
-  [[nodiscard]] float cell_variance(const ShapeCell& cell) const {
-    return variance_ * kVarianceInflation / cell.weight + misfit2_;
-  }
-
-  void add_priors(ShapeEquations* equations) const {
-    const float bend = std::fabs(shape_[4]);
-    const float higher = options_.least_bend_px + options_.higher_bend_share * bend;
-    const float scale = half_ * kAlongUnit;
-    const float sigmas[kNumShapeTerms - 1] = {priors_.motion_px * scale,
-                                              priors_.motion_px,
-                                              priors_.turn_px * scale,
-                                              priors_.bend_px * scale * scale,
-                                              options_.acceleration_px,
-                                              options_.turn_acceleration_px,
-                                              options_.least_bend_change_px + options_.bend_change_share * bend,
-                                              higher,
-                                              higher};
-    for (int i = 1; i < kNumShapeTerms; ++i) equations->add_prior(i, sigmas[i - 1], shape_[i]);
-  }
-
-  /// Variance over mean of the cells' counts along the line; slow changes are left aside by second differences.
-  [[nodiscard]] float dispersion() const {
-    float square = 0;
-    float sum = 0;
-    for (int i = 1; i + 1 < columns_; ++i) {
-      for (int slot = 0; slot < kSlots; ++slot) {
-        const ShapeCell* const cell = &cells_[i * kSlots + slot];
-        const float second = cell[-kSlots].events - 2 * cell->events + cell[kSlots].events;
-        square += second * second / 6;
-        sum += cell->events;
-      }
-    }
-    return sum > 0 ? square / sum : 0;
-  }
-
   [[nodiscard]] float systematic_variance() const {
     const bool is_independent = line_.polarities != 3 && std::sqrt(variance_) > options_.independent_scatter_px &&
-                                dispersion() > options_.independent_dispersion;
+                                cells_.dispersion() > options_.independent_dispersion;
     if (is_independent) return options_.independent_px * options_.independent_px;
     // Events per px^2 of swept area, once more than nothing: the denser an edge fires, the sharper it stands.
     constexpr float kLeastDensity = 0.05F;
-    const float travel = std::max(1.0F, 2 * std::fabs(shape_[2]));
+    const float travel = std::max(1.0F, 2 * std::fabs(shape_.terms[2]));
     const float fired = static_cast<float>(line_.events) / cloud_.kept_share;
     const float density = std::max(fired / std::max(1.0F, line_.length() * travel), kLeastDensity);
     return options_.systematic_px * options_.systematic_px + options_.systematic_sparse_px2 / density;
   }
 
-  [[nodiscard]] ShapeCell joined(int first_column, int last_column, int first_slot, int last_slot) const {
-    ShapeCell sum{};
-    for (int i = first_column; i < last_column; ++i) {
-      for (int slot = first_slot; slot < last_slot; ++slot) {
-        const ShapeCell& cell = cells_[i * kSlots + slot];
-        sum.events += cell.events;
-        sum.weight += cell.weight;
-        sum.u += cell.u;
-        sum.tau += cell.tau;
-        sum.residual += cell.residual;
-      }
-    }
-    return sum;
-  }
-
   [[nodiscard]] LineSample sample_of(const ShapeCell& sum) const {
     const float u = sum.u / sum.weight;
     const float tau = sum.tau / sum.weight;
-    const float s = middle_ + half_ * u;
+    const float s = shape_.middle_px + shape_.half_px * u;
     // The residuals are those from the shape before its last change.
-    const float d = shape_at(shape_, u, tau) - shape_at(change_, u, tau) + sum.residual / sum.weight;
-    return {line_.x(s, d), line_.y(s, d), 0.5F * (tau + 1), std::sqrt(cell_variance(sum))};
+    const float d = shape_at(shape_.terms, u, tau) - shape_at(change_, u, tau) + sum.residual / sum.weight;
+    return {line_.x(s, d), line_.y(s, d), 0.5F * (tau + 1), std::sqrt(ShapeCells::variance(sum, variance_, misfit2_))};
   }
 
   const EventCloud& cloud_;
@@ -258,12 +177,9 @@ class ShapeFitter {
   const LinePriors& priors_;
   const LineWorkspace& ws_;
   const MovingLine& line_;
-  float middle_;  // of the line, and half of its length, px along it
-  float half_;
-  int columns_;
-  float shape_[kNumShapeTerms] = {};
+  LineShape shape_;
   float change_[kNumShapeTerms] = {};  // by the last solution
-  ShapeCell cells_[kMaxCells] = {};
+  ShapeCells cells_;
   float weight_ = 0;
   float variance_;     // of the events' distance, px^2
   float misfit2_ = 0;  // of the cells' means, px^2
@@ -272,12 +188,34 @@ class ShapeFitter {
 
 }  // namespace
 
+int shape_columns(const LineShape& shape) {
+  return std::clamp(static_cast<int>(2 * shape.half_px / kColumnPx), kMinColumns, ShapeCells::kMaxColumns);
+}
+
+void add_shape_priors(const LineShapeOptions& options, const LinePriors& priors, const LineShape& shape,
+                      ShapeEquations* equations) {
+  const float bend = std::fabs(shape.terms[4]);
+  const float higher = options.least_bend_px + options.higher_bend_share * bend;
+  const float scale = shape.half_px * kAlongUnit;
+  const float sigmas[kNumShapeTerms - 1] = {priors.motion_px * scale,
+                                            priors.motion_px,
+                                            priors.turn_px * scale,
+                                            priors.bend_px * scale * scale,
+                                            options.acceleration_px,
+                                            options.turn_acceleration_px,
+                                            options.least_bend_change_px + options.bend_change_share * bend,
+                                            higher,
+                                            higher};
+  for (int i = 1; i < kNumShapeTerms; ++i) equations->add_prior(i, sigmas[i - 1], shape.terms[i]);
+}
+
 EventLine shape_line(const EventCloud& cloud, const LineShapeOptions& options, const LinePriors& priors,
                      const LineWorkspace& workspace, const MovingLine& line, Span<LineSample> samples,
-                     std::size_t* num_samples) {
+                     std::size_t* num_samples, LineShape* shape) {
   ShapeFitter fitter(cloud, options, priors, workspace, line);
   fitter.fit();
   if (num_samples != nullptr) *num_samples = fitter.write_samples(samples);
+  if (shape != nullptr) *shape = fitter.shape();
   return fitter.record();
 }
 

@@ -16,6 +16,7 @@
 #include "lecalib/segments/line_equations.hpp"
 #include "lecalib/segments/line_workspace.hpp"
 #include "lecalib/segments/moving_line.hpp"
+#include "lecalib/segments/shape_equations.hpp"
 
 namespace lecalib {
 
@@ -43,13 +44,32 @@ struct LineShapeOptions {
   float independent_px = 0.03F;  ///< ... and this is their systematic part instead, px
 };
 
+/// A fitted shape, in the frame of its line.
+struct LineShape {
+  float middle_px = 0;               ///< s at u = 0
+  float half_px = 1;                 ///< half of the line's length
+  float terms[kNumShapeTerms] = {};  ///< c, px
+
+  [[nodiscard]] float position(float s_px) const noexcept { return (s_px - middle_px) / half_px; }  ///< u
+  [[nodiscard]] float low_px() const noexcept { return middle_px - half_px; }
+  [[nodiscard]] float high_px() const noexcept { return middle_px + half_px; }
+};
+
+/// Stretches of about 12 px in which a shape's line is summed up, see ShapeCells.
+int shape_columns(const LineShape& shape);
+
+/// Holds a shape's terms by the priors of the options and by those that a fitted line has too.
+void add_shape_priors(const LineShapeOptions& options, const LinePriors& priors, const LineShape& shape,
+                      ShapeEquations* equations);
+
 /// Fits the shape to the line's events, its own and free ones.
 /// @param priors   of what a fitted line has too
 /// @param samples  room for what stands for the events in a later fit: their means over stretches of the line and of
 ///                 time, each with its sigma; may be empty
 /// @param[out] num_samples  how many were written; may be null when there is no room
+/// @param[out] shape        what was fitted; may be null
 EventLine shape_line(const EventCloud& cloud, const LineShapeOptions& options, const LinePriors& priors,
                      const LineWorkspace& workspace, const MovingLine& line, Span<LineSample> samples,
-                     std::size_t* num_samples);
+                     std::size_t* num_samples, LineShape* shape = nullptr);
 
 }  // namespace lecalib

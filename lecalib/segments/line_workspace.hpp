@@ -41,6 +41,8 @@ struct LineWorkspace {
   Span<float> tau;                ///< [as along]
   Span<std::uint16_t> histogram;  ///< [kHistogramRows * bins] counts along the line at hand
   Span<std::uint16_t> patches;    ///< [bins]
+  Span<std::uint8_t> pixel;       ///< [as along] of the events of one cell near the line: their place in the cell
+  Span<float> times;              ///< [2 * as along] the same events' tau, by time and by pixel
 };
 
 template <class Carver>
@@ -51,7 +53,8 @@ constexpr bool carve(Carver& carver, const LineCapacities& capacities, LineWorks
   const std::size_t listed = capacities.events < kMaxListedEvents ? capacities.events : kMaxListedEvents;
   return carver.carve(capacities.events, &out->owner) && carver.carve(listed, &out->along) &&
          carver.carve(listed, &out->across) && carver.carve(listed, &out->tau) &&
-         carver.carve(kHistogramRows * bins, &out->histogram) && carver.carve(bins, &out->patches);
+         carver.carve(kHistogramRows * bins, &out->histogram) && carver.carve(bins, &out->patches) &&
+         carver.carve(listed, &out->pixel) && carver.carve(2 * listed, &out->times);
 }
 
 }  // namespace lecalib

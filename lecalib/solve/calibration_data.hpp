@@ -20,6 +20,17 @@ struct RelativePrior {
   double shared_rad = 0;  ///< the part of it that all priors have in common, as a gyro's bias: [0, sigma_rad]
 };
 
+/// What is known of a point that stands for a moving edge.
+struct EdgePoint {
+  float normal_x, normal_y;  ///< unit, across the edge
+  float speed_px_per_s;      ///< along the normal
+  float along;               ///< place on the edge, from -1/2 at the model line's p to 1/2 at its q
+  float events;              ///< in a pixel's crossing, mean
+  std::int8_t dark;          ///< the dark side lies along the normal (1) or against it (-1); 0: unknown, no offsets
+  std::int8_t model_side;    ///< the same side by the normal of the model line's image from p to q
+  std::int8_t polarity;      ///< of the events: 1 ON, -1 OFF
+};
+
 /// Views the caller's memory; it must outlive the solver that works on it.
 struct CalibrationData {
   std::uint16_t width = 0;  ///< sensor, px
@@ -27,6 +38,7 @@ struct CalibrationData {
   Span<const ModelLine> model;
   Span<const LinePoint> points;
   Span<const View> views;
+  Span<const EdgePoint> edges = {};         ///< one per point, or none: the points are as measured elsewhere
   Span<const std::uint8_t> left_out = {};   ///< per point, not 0: a wrong one, of no weight; empty: all are used
   Span<const RelativePrior> relative = {};  ///< ties views in pairs; no view is in more than one
 };

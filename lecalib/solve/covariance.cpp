@@ -76,7 +76,7 @@ void correlate_turns(const Refiner& refiner, const ParameterPolicy& policy, cons
 
 Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy, const CovarianceOptions& options,
                           std::size_t num_views_used, Span<LineResponse> responses, CalibrationResult* result,
-                          IntrinsicSpread* spread) {
+                          IntrinsicSpread* spread, EdgeOffsets* offsets) {
   ReducedSystem system;
   if (!refiner.reduced_system(&system)) return Status::degenerate_geometry;
   Cholesky<9> factor;
@@ -96,6 +96,10 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
   const double scale = may_narrow ? refiner.data_cost() / (dof - 2.0) : std::max(1.0, result->chi2_per_dof);
   covariance *= scale;
   correlate_turns(refiner, policy, factor, &covariance);
+  if (offsets != nullptr) {
+    if (!offsets->add_covariance(refiner, scale, &covariance)) return Status::degenerate_geometry;
+    hold(policy, &covariance);
+  }
   if (spread != nullptr) {
     Eigen::Map<Mat9>(spread->inverse) = covariance / scale;
     spread->scale = scale;

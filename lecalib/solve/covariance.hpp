@@ -2,6 +2,7 @@
 #pragma once
 
 #include "lecalib/solve/calibration_result.hpp"
+#include "lecalib/solve/edge_offsets.hpp"
 #include "lecalib/solve/refine.hpp"
 
 namespace lecalib {
@@ -29,12 +30,13 @@ struct IntrinsicSpread {
 /// complement of the poses, priors included, plus the covariance of the offsets that were not estimated (a consider
 /// covariance: S cov(offsets) S' with S the solution's answer to each of them).
 /// @param responses one per model line; their gradients and shifts are filled where lines have offsets
+/// @param offsets   of the points' edges, estimated in that refinement: what they leave uncertain is added; may be null
 /// @param spread    for compute_pose_covariance(), may be null
 /// @return ok | degenerate_geometry (a view's pose or an intrinsic without prior is not determined at all; *result has
 /// `parameter` set where it is an intrinsic, and is otherwise unchanged)
 Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy, const CovarianceOptions& options,
                           std::size_t num_views_used, Span<LineResponse> responses, CalibrationResult* result,
-                          IntrinsicSpread* spread = nullptr);
+                          IntrinsicSpread* spread = nullptr, EdgeOffsets* offsets = nullptr);
 
 /// The covariance of a view's pose, intrinsics and offsets of the lines marginalised. 0 where there is none.
 /// @param spread, responses as compute_covariance() left them for the refiner's current state

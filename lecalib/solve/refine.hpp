@@ -73,6 +73,10 @@ struct LineResponse {
   double pose[6];                   ///< to one view's pose at fixed intrinsics; scratch
 };
 
+class EdgeOffsets;  // see edge_offsets.hpp
+struct EdgeOffsetWorkspace;
+struct OffsetTerms;
+
 /// Least squares over data and priors. Usage: init(), then step() until it no longer returns in_progress.
 class Refiner {
  public:
@@ -121,6 +125,12 @@ class Refiner {
   /// @return false, *out unchanged, where the pose is not determined
   bool pose_covariance(std::size_t view, const Eigen::Matrix<double, 9, 9>& inverse, double scale, double offset_px,
                        Span<LineResponse> responses, Mat6* out) const;
+  /// Adds what the points say of the offsets of their edges, poses eliminated, to matrix (lower triangle), gradient
+  /// (downhill) and by_camera, at the current state.
+  void add_offset_equations(const EdgeOffsets& offsets, const EdgeOffsetWorkspace& out) const;
+  [[nodiscard]] double prior_weight() const { return prior_weight_; }  ///< see set_loss()
+  /// The points have moved: the next step() begins with new residuals.
+  void points_changed() { linearised_ = false; }
 
   /// Residuals over the spread that the fit leaves to each: r / sqrt(1 - h) with the leverage h of its point, and
   /// r / sqrt(1 + h) for points left out. A wrong point that pulls the solution to itself has a small residual only.
@@ -162,6 +172,9 @@ class Refiner {
   bool eliminate(std::size_t view, double damping, ReducedSystem* system) const;
   template <int N>
   void move_poses(std::size_t view, const Vec9& delta, double* predicted, double* largest_step);
+  void add_view_offsets(std::size_t index, const EdgeOffsets& offsets, const EdgeOffsetWorkspace& out) const;
+  void add_point_offsets(std::size_t index, const CameraLine& line, double knee, const OffsetTerms& terms,
+                         const EdgeOffsetWorkspace& out) const;
   void standardise_view(std::size_t index, const Eigen::Matrix<double, 9, 9>& covariance, Span<float> out) const;
   bool reduce(double damping, ReducedSystem* out) const;
   bool solve_damped(Vec9* delta) const;

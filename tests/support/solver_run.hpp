@@ -11,7 +11,7 @@
 namespace lecalib::test {
 
 inline MonoSolverCapacities capacities_for(const CalibrationData& data) {
-  return {data.views.size(), data.points.size(), data.model.size()};
+  return {data.views.size(), data.points.size(), data.model.size(), data.edges.size()};
 }
 
 struct SolverRun {

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/pipeline/edge_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lecalib/segments/line_crossings.hpp"
+
+namespace lecalib {
+namespace {
+
+enum class Quality : std::uint8_t { none, blurred, faint, strong };
+
+Quality quality_of(const EdgePointOptions& options, const EventLine& line) {
+  const LineEdge& edge = line.edge;
+  if (edge.crossings == 0 || edge.speed_px_per_s == 0 || line.polarity == 0) return Quality::none;
+  const bool strong = edge.events_per_crossing >= options.strong_events;
+  if (!(edge.scatter_px <= (strong ? options.max_scatter_px : options.max_faint_scatter_px))) return Quality::blurred;
+  return strong ? Quality::strong : Quality::faint;
+}
+
+/// From the first place of an edge to its last, at one of its times.
+struct Direction {
+  float x, y, length;
+  Direction(const LineEdge& edge, int time)
+      : x(edge.x[time][2] - edge.x[time][0]), y(edge.y[time][2] - edge.y[time][0]), length(std::sqrt(x * x + y * y)) {}
+};
+
+/// The side of the normal (-y, x) on which the edge is dark.
+int dark_side(const EventLine& line) { return (line.polarity > 0) == (line.edge.speed_px_per_s > 0) ? 1 : -1; }
+
+void add_edge(const EdgePointOptions& options, const EventLine& line, int time, const LineMatch& match,
+              LinePoint* points, EdgePoint* edges) {
+  constexpr float kFaintEvents = 1.5F;
+  constexpr float kPlaceOnLine = 0.5F;  // places count from -1 to 1
+  const LineEdge& edge = line.edge;
+  const Direction direction(edge, time);
+  const float faint = options.faint_sigma_px * std::clamp(kFaintEvents + 1 - edge.events_per_crossing, 0.0F, 1.0F);
+  // An error of both times alike counts twice as one of each.
+  const float variance = edge.sigma_px * edge.sigma_px + 2 * faint * faint;
+  const int dark = dark_side(line);
+  const int turned = match.flipped ? -1 : 1;
+  for (std::size_t i = 0; i < kPointsPerEdge; ++i) {
+    points[i].u_px = static_cast<double>(edge.x[time][i]);
+    points[i].v_px = static_cast<double>(edge.y[time][i]);
+    points[i].sigma_px = static_cast<double>(std::sqrt(variance / kEdgePlaceWeights[i]));
+    points[i].line = match.model_line;
+    edges[i].normal_x = -direction.y / direction.length;
+    edges[i].normal_y = direction.x / direction.length;
+    edges[i].speed_px_per_s = edge.speed_px_per_s;
+    edges[i].along = static_cast<float>(turned) * kPlaceOnLine * kEdgePlaces[i];
+    edges[i].events = edge.events_per_crossing;
+    edges[i].dark = static_cast<std::int8_t>(dark);
+    edges[i].model_side = static_cast<std::int8_t>(turned * dark);
+    edges[i].polarity = line.polarity;
+  }
+}
+
+/// Whether `other` may be the opposite flank of a drawn line, as near and as parallel as that; how far it is.
+bool is_other_flank(const EdgePointOptions& options, const EventLine& line, const EventLine& other, float* distance_px,
+                    bool* turned) {
+  constexpr float kMinCosine = 0.998F;  // 3.6 degrees
+  constexpr float kMinWidthPx = 0.5F;
+  if (line.polarity * other.polarity >= 0) return false;
+  const Direction a(line.edge, 0);
+  const Direction b(other.edge, 0);
+  const float cosine = (a.x * b.x + a.y * b.y) / (a.length * b.length);
+  if (std::fabs(cosine) < kMinCosine) return false;
+  *turned = cosine < 0;
+  if ((line.edge.speed_px_per_s > 0) != (other.edge.speed_px_per_s * cosine > 0)) return false;
+  const float x = other.edge.x[0][1] - line.edge.x[0][1];
+  const float y = other.edge.y[0][1] - line.edge.y[0][1];
+  const float along = (x * a.x + y * a.y) / a.length;
+  const float across = (y * a.x - x * a.y) / a.length;
+  if (std::fabs(along) > 0.5F * std::max(a.length, b.length)) return false;
+  *distance_px = across * static_cast<float>(dark_side(line));
+  return *distance_px > kMinWidthPx && *distance_px < options.max_drawn_width_px;
+}
+
+/// Makes the points of one window after another.
+class PointMaker {
+ public:
+  /// @param reserved  points that matches may need
+  PointMaker(const EdgePointOptions& options, std::size_t reserved, Span<LinePoint> points, Span<EdgePoint> edges,
+             EdgePointStats* stats)
+      : options_(options), reserved_(reserved), points_(points), edges_(edges), stats_(stats) {}
+
+  [[nodiscard]] std::size_t count() const { return count_; }
+
+  /// @param matches of the window, their lines within it
+  void add_view(const LineWindow& window, Span<const LineMatch> matches, int time) {
+    std::uint32_t strong = 0;
+    for (const LineMatch& match : matches) {
+      if (quality_of(options_, window.lines[match.line]) == Quality::strong) ++strong;
+    }
+    for (const LineMatch& match : matches) {
+      const EventLine& line = window.lines[match.line];
+      const Quality quality = quality_of(options_, line);
+      const bool needless = quality == Quality::faint && strong >= options_.strong_lines;
+      if (time == 0) count(quality, needless);
+      reserved_ -= kPointsPerEdge;
+      if (quality < Quality::faint || needless) continue;
+      add(line, match, time);
+      add_other_flank(window, matches, match, time);
+    }
+  }
+
+ private:
+  void add(const EventLine& line, const LineMatch& match, int time) {
+    add_edge(options_, line, time, match, &points_[count_], &edges_[count_]);
+    count_ += kPointsPerEdge;
+  }
+
+  void add_other_flank(const LineWindow& window, Span<const LineMatch> matches, const LineMatch& match, int time) {
+    const EventLine* nearest = nullptr;
+    float least = options_.max_drawn_width_px;
+    LineMatch flank = match;
+    for (std::size_t i = 0; i < window.lines.size(); ++i) {
+      const EventLine& other = window.lines[i];
+      float distance = 0;
+      bool turned = false;
+      if (quality_of(options_, other) < Quality::faint ||
+          !is_other_flank(options_, window.lines[match.line], other, &distance, &turned) || distance >= least) {
+        continue;
+      }
+      const bool matched = std::any_of(matches.begin(), matches.end(), [&](const LineMatch& m) { return m.line == i; });
+      if (matched) continue;
+      nearest = &other;
+      least = distance;
+      flank.flipped = match.flipped != turned;
+    }
+    if (nearest == nullptr) return;
+    const bool has_room = count_ + kPointsPerEdge + reserved_ <= std::min(points_.size(), edges_.size());
+    if (has_room) add(*nearest, flank, time);
+    if (!has_room) ++stats_->flanks_dropped;
+    if (has_room && time == 0) ++stats_->flanks;
+  }
+
+  void count(Quality quality, bool needless) {
+    ++stats_->lines;
+    if (quality == Quality::none) ++stats_->without_edge;
+    if (quality == Quality::blurred) ++stats_->blurred;
+    if (needless) ++stats_->faint;
+  }
+
+  const EdgePointOptions& options_;
+  std::size_t reserved_;  // for matches to come
+  Span<LinePoint> points_;
+  Span<EdgePoint> edges_;
+  EdgePointStats* stats_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+Status make_edge_points(const EdgePointOptions& options, Span<const LineWindow> windows, Span<const LineMatch> matches,
+                        Span<LinePoint> points, Span<EdgePoint> edges, Span<View> views, std::size_t* num_points,
+                        std::size_t* num_views, EdgePointStats* stats) {
+  const std::size_t needed = kEdgePointsPerMatch * matches.size();
+  if (points.size() < needed || edges.size() < needed) return Status::capacity_exceeded;
+  EdgePointStats counted;
+  PointMaker maker(options, needed, points, edges, &counted);
+  std::size_t made = 0;
+  for (std::size_t first = 0, last = 0; first < matches.size(); first = last) {
+    const std::uint16_t index = matches[first].window;
+    if (index >= windows.size() || (first > 0 && matches[first - 1].window > index)) return Status::invalid_argument;
+    const LineWindow& window = windows[index];
+    for (; last < matches.size() && matches[last].window == index; ++last) {
+      if (matches[last].line >= window.lines.size()) return Status::invalid_argument;
+    }
+    if (made + 2 > views.size()) return Status::capacity_exceeded;
+    const auto half_us = 0.5 * static_cast<double>(window.end_us - window.begin_us);
+    for (int time = 0; time < 2; ++time) {
+      const std::size_t start = maker.count();
+      maker.add_view(window, matches.subspan(first, last - first), time);
+      const double place = 1 + (time == 0 ? -1 : 1) * static_cast<double>(kEdgeTime);
+      views[made++] = {window.begin_us + static_cast<std::int64_t>(half_us * place), static_cast<std::uint32_t>(start),
+                       static_cast<std::uint32_t>(maker.count() - start)};
+    }
+  }
+  *num_points = maker.count();
+  *num_views = made;
+  if (stats != nullptr) *stats = counted;
+  return Status::ok;
+}
+
+}  // namespace lecalib

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "lecalib/core/records.hpp"
+#include "lecalib/core/status.hpp"
+#include "lecalib/solve/calibration_data.hpp"
+
+namespace lecalib {
+
+/// Which edges count, and how much.
+struct EdgePointOptions {
+  /// Largest scatter of an edge's crossings, px, with `strong_events` in a crossing and with fewer: more is no single
+  /// edge, but two close ones, a rim in relief, a shadow.
+  float max_scatter_px = 0.18F;
+  float max_faint_scatter_px = 0.22F;
+  /// One sigma, px, that an edge with no more than one event and a half per crossing has besides its own; it falls to
+  /// nothing at one event more.
+  float faint_sigma_px = 0.10F;
+  /// Where so many lines of a window have edges with as many events per crossing, its fainter ones are left out: what
+  /// fires there is often something else than the model's edge.
+  std::uint32_t strong_lines = 6;
+  float strong_events = 2;
+  /// How far away the other flank of a drawn line is looked for, px; 0: drawn lines are not looked for.
+  float max_drawn_width_px = 8;
+};
+
+/// What was left out.
+struct EdgePointStats {
+  std::uint32_t lines = 0;           ///< matched
+  std::uint32_t without_edge = 0;    ///< of these: hardly moved, or seen in part
+  std::uint32_t blurred = 0;         ///< beyond max_scatter_px
+  std::uint32_t faint = 0;           ///< beside enough strong ones
+  std::uint32_t flanks = 0;          ///< added: opposite sides of lines matched
+  std::uint32_t flanks_dropped = 0;  ///< of one view, for want of room
+};
+
+/// Points that stand for an edge in one view: kEdgePlaces.
+inline constexpr std::size_t kPointsPerEdge = 3;
+/// For each match: in two views.
+inline constexpr std::size_t kEdgePointsPerMatch = 2 * kPointsPerEdge;
+
+/// Turns the matched lines of windows into views by their edges: two for each matched window, kEdgeTime of half a
+/// window before and after its middle. Lines without a good edge give no points. With a line comes the nearest line
+/// that is not matched, runs along it and is dark on the side of it: then the model's line is drawn, with these as its
+/// flanks.
+/// @param matches ordered by window
+/// @param points  [kEdgePointsPerMatch x matches.size()] at least; what is beyond is room for other flanks
+/// @param edges   [as points]
+/// @param views   [2 x matched windows] at least
+/// @param stats   may be null
+/// @return ok | invalid_argument (an index out of range, matches not ordered) | capacity_exceeded;
+///         *num_points and *num_views unchanged unless ok
+Status make_edge_points(const EdgePointOptions& options, Span<const LineWindow> windows, Span<const LineMatch> matches,
+                        Span<LinePoint> points, Span<EdgePoint> edges, Span<View> views, std::size_t* num_points,
+                        std::size_t* num_views, EdgePointStats* stats);
+
+}  // namespace lecalib

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/solve/edge_offsets.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lecalib/math/cholesky.hpp"
+
+namespace lecalib {
+namespace {
+
+enum Shared : std::uint16_t { kDark, kTrailing, kLatency };
+enum OfLine : std::size_t { kHalfWidth, kOffset, kTilt };  // the last two twice, for OFF and for ON
+
+constexpr std::uint16_t kNone = 0xFFFF;
+constexpr double kSecondsPerMs = 1e-3;
+
+std::size_t slot_of(std::size_t line, OfLine which, bool on) {
+  return kOffsetsPerLine * line + which + (which != kHalfWidth && on ? 2 : 0);
+}
+
+double sign_of(float v) { return v > 0 ? 1.0 : v < 0 ? -1.0 : 0.0; }
+
+/// Cholesky's decomposition takes the place of a lower triangle by rows. @return false where it is not definite
+bool factor(Span<double> a, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) {
+    double* const row = &a[triangle_index(i, 0)];
+    for (std::size_t j = 0; j <= i; ++j) {
+      const double* const other = &a[triangle_index(j, 0)];
+      double v = row[j];
+      for (std::size_t k = 0; k < j; ++k) v -= row[k] * other[k];
+      if (j < i) {
+        row[j] = v / other[j];
+      } else if (v > 0) {
+        row[i] = std::sqrt(v);
+      } else {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+/// With the factor L: x becomes inv(L L') x.
+void solve_factored(Span<const double> a, std::size_t n, Span<double> x) {
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < i; ++k) x[i] -= a[triangle_index(i, k)] * x[k];
+    x[i] /= a[triangle_index(i, i)];
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    for (std::size_t k = i + 1; k < n; ++k) x[i] -= a[triangle_index(k, i)] * x[k];
+    x[i] /= a[triangle_index(i, i)];
+  }
+}
+
+}  // namespace
+
+void EdgeOffsets::init(const CalibrationData& data, const EdgeOffsetOptions& options,
+                       const EdgeOffsetWorkspace& workspace) {
+  data_ = data;
+  options_ = options;
+  workspace_ = workspace;
+  workspace_.sigma[kDark] = options.dark_px;
+  workspace_.sigma[kTrailing] = options.trailing_px;
+  workspace_.sigma[kLatency] = kSecondsPerMs * options.latency_ms;
+  size_ = kSharedOffsets;
+  for (std::uint16_t& slot : workspace_.slot) slot = kNone;
+  for (std::size_t line = 0; line < data.model.size(); ++line) add_line(line);
+  restart();
+}
+
+double EdgeOffsets::mean(std::size_t offset) const {
+  return offset == kLatency ? kSecondsPerMs * options_.mean_latency_ms : 0.0;
+}
+
+void EdgeOffsets::restart() {
+  for (std::size_t i = 0; i < size_; ++i) workspace_.value[i] = mean(i);
+}
+
+void EdgeOffsets::add(std::size_t slot, double sigma) {
+  workspace_.slot[slot] = static_cast<std::uint16_t>(size_);
+  workspace_.sigma[size_++] = sigma;
+}
+
+void EdgeOffsets::add_line(std::size_t line) {
+  constexpr double kClearEvents = 2.5;
+  double count[2] = {};
+  double events[2] = {};
+  double side[2] = {};
+  for (std::size_t i = 0; i < data_.points.size(); ++i) {
+    const EdgePoint& edge = data_.edges[i];
+    if (data_.points[i].line != line || edge.dark == 0) continue;
+    const std::size_t on = edge.polarity > 0 ? 1 : 0;
+    count[on] += 1;
+    events[on] += static_cast<double>(edge.events);
+    side[edge.model_side > 0 ? 1 : 0] += 1;
+  }
+  for (const bool on : {false, true}) {
+    const std::size_t k = on ? 1 : 0;
+    if (!(count[k] > 0)) continue;
+    const double faint = std::clamp(kClearEvents - events[k] / count[k], 0.0, 1.0);
+    add(slot_of(line, kOffset, on), options_.line_px + faint * (options_.faint_line_px - options_.line_px));
+    add(slot_of(line, kTilt, on), options_.tilt_px);
+  }
+  if (std::min(side[0], side[1]) > options_.min_drawn_share * (side[0] + side[1])) {
+    add(slot_of(line, kHalfWidth, false), options_.half_width_px);
+  }
+}
+
+OffsetTerms EdgeOffsets::terms(std::size_t point) const {
+  OffsetTerms out;
+  const EdgePoint& edge = data_.edges[point];
+  if (edge.dark == 0) return out;
+  const auto add_term = [&](std::uint16_t index, double factor) {
+    if (index == kNone) return;
+    out.index[out.count] = index;
+    out.factor[out.count++] = factor;
+  };
+  const auto dark = static_cast<double>(edge.dark);
+  const std::size_t line = data_.points[point].line;
+  const bool on = edge.polarity > 0;
+  add_term(kDark, dark);
+  add_term(kTrailing, -sign_of(edge.speed_px_per_s));
+  add_term(kLatency, -static_cast<double>(edge.speed_px_per_s));
+  add_term(workspace_.slot[slot_of(line, kHalfWidth, on)], dark);
+  add_term(workspace_.slot[slot_of(line, kOffset, on)], dark);
+  add_term(workspace_.slot[slot_of(line, kTilt, on)], dark * static_cast<double>(edge.along));
+  return out;
+}
+
+double EdgeOffsets::displacement(std::size_t point) const {
+  const OffsetTerms t = terms(point);
+  double sum = 0;
+  for (std::size_t i = 0; i < t.count; ++i) sum += t.factor[i] * workspace_.value[t.index[i]];
+  return sum;
+}
+
+void EdgeOffsets::correct(Span<LinePoint> out) const {
+  for (std::size_t i = 0; i < data_.points.size(); ++i) {
+    const double px = displacement(i);
+    out[i] = data_.points[i];
+    out[i].u_px -= px * static_cast<double>(data_.edges[i].normal_x);
+    out[i].v_px -= px * static_cast<double>(data_.edges[i].normal_y);
+  }
+}
+
+/// The offsets' normal equations with poses and camera eliminated, in matrix and gradient (to be solved for their
+/// change); by_camera holds what ties them to the camera.
+bool EdgeOffsets::reduce(const Refiner& refiner) {
+  ReducedSystem system;
+  Cholesky<9> camera;
+  if (!refiner.reduced_system(&system) || !camera.factor(system.matrix)) return false;
+  const std::size_t n = size_;
+  const Span<double> matrix = workspace_.matrix.first(triangle_index(n, 0));
+  for (double& value : matrix) value = 0;
+  for (double& value : workspace_.gradient.first(n)) value = 0;
+  for (double& value : workspace_.by_camera.first(kNumIntrinsics * n)) value = 0;
+  refiner.add_offset_equations(*this, workspace_);
+  const Vec9 step = camera.solve(system.gradient);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec9 row = Eigen::Map<const Vec9>(&workspace_.by_camera[kNumIntrinsics * i]);
+    const Vec9 answer = camera.solve(row);
+    for (std::size_t j = 0; j <= i; ++j) {
+      matrix[triangle_index(i, j)] -= answer.dot(Eigen::Map<const Vec9>(&workspace_.by_camera[kNumIntrinsics * j]));
+    }
+    const double precision = refiner.prior_weight() / (workspace_.sigma[i] * workspace_.sigma[i]);
+    matrix[triangle_index(i, i)] += precision;
+    workspace_.gradient[i] -= row.dot(step) + precision * (workspace_.value[i] - mean(i));
+  }
+  return factor(matrix, n);
+}
+
+bool EdgeOffsets::solve(const Refiner& refiner, double* largest_px) {
+  if (!reduce(refiner)) return false;
+  solve_factored(workspace_.matrix, size_, workspace_.gradient);
+  double largest = 0;
+  for (std::size_t i = 0; i < size_; ++i) {
+    const double change = workspace_.gradient[i];
+    workspace_.value[i] += change;
+    if (i != kLatency) largest = std::max(largest, std::abs(change));
+  }
+  *largest_px = largest;
+  return true;
+}
+
+bool EdgeOffsets::add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum) {
+  ReducedSystem system;
+  Cholesky<9> camera;
+  if (!refiner.reduced_system(&system) || !camera.factor(system.matrix) || !reduce(refiner)) return false;
+  // With H = L L' and answers A = inv(S) G': A inv(H) A' = M M', M = A inv(L)', row by row of M'.
+  for (std::size_t i = 0; i < size_; ++i) {
+    Eigen::Map<Vec9> place(&workspace_.by_camera[kNumIntrinsics * i]);
+    Vec9 row = camera.solve(Vec9(place));
+    for (std::size_t k = 0; k < i; ++k) {
+      row -=
+          workspace_.matrix[triangle_index(i, k)] * Eigen::Map<const Vec9>(&workspace_.by_camera[kNumIntrinsics * k]);
+    }
+    row /= workspace_.matrix[triangle_index(i, i)];
+    place = row;
+    *sum += scale * row * row.transpose();
+  }
+  return true;
+}
+
+void EdgeOffsets::mark_strays(Span<std::uint8_t> marks) const {
+  for (std::size_t line = 0; line < data_.model.size(); ++line) {
+    if (workspace_.slot[slot_of(line, kHalfWidth, false)] != kNone) continue;
+    int balance = 0;
+    for (std::size_t i = 0; i < data_.points.size(); ++i) {
+      if (data_.points[i].line == line) balance += data_.edges[i].model_side;
+    }
+    for (std::size_t i = 0; i < data_.points.size(); ++i) {
+      if (data_.points[i].line == line && data_.edges[i].model_side * balance < 0) marks[i] = 1;
+    }
+  }
+}
+
+double EdgeOffsets::sigmas_off(std::size_t line, bool on) const {
+  const std::uint16_t i = workspace_.slot[slot_of(line, kOffset, on)];
+  return i == kNone ? 0.0 : std::abs(workspace_.value[i]) / workspace_.sigma[i];
+}
+
+bool EdgeOffsets::mark_wrong_lines(Span<std::uint8_t> marks) {
+  double worst = 0;
+  for (std::size_t line = 0; line < data_.model.size(); ++line) {
+    worst = std::max({worst, sigmas_off(line, false), sigmas_off(line, true)});
+  }
+  if (!(worst > options_.max_sigmas)) return false;
+  const double limit = std::max(options_.max_sigmas, 0.5 * worst);
+  for (std::size_t i = 0; i < data_.points.size(); ++i) {
+    if (sigmas_off(data_.points[i].line, data_.edges[i].polarity > 0) > limit) marks[i] = 1;
+  }
+  restart();
+  return true;
+}
+
+}  // namespace lecalib

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+/// What displaces the points of moving edges from the model's lines, in all views alike: estimated with the camera.
+///
+///     displacement along a point's normal = D (d0 + w + u + f g) - sign(v) a0 - v tau
+///
+/// with D the side on which the edge is dark, v its speed and f its place along the line from -1/2 to 1/2; d0, a0 and
+/// tau are shared by all lines, u and g belong to a model line's edges of one polarity, w to a drawn line: one that is
+/// dark between two flanks, whose middle is the model's.
+///
+/// Residuals are linear in the offsets. With camera and poses eliminated, one linear solution beside a converged
+/// refinement gives the offsets; the points move by it and the refinement goes on. Together they find the minimum over
+/// all, and what the offsets leave uncertain goes into the camera's covariance.
+///
+/// A pose of its own in each view takes up a shift along the motion: tau and a0 are then no better known than
+/// beforehand, and do no harm. An equal u all around a flat outline is its size, hence its distance.
+#pragma once
+
+#include <cstdint>
+
+#include "lecalib/core/arena.hpp"
+#include "lecalib/core/records.hpp"
+#include "lecalib/math/eigen.hpp"
+#include "lecalib/solve/calibration_data.hpp"
+#include "lecalib/solve/refine.hpp"
+
+namespace lecalib {
+
+/// One sigma of each offset beforehand. All > 0.
+struct EdgeOffsetOptions {
+  double dark_px = 0.10;          ///< d0
+  double trailing_px = 0.05;      ///< a0
+  double latency_ms = 0.15;       ///< tau, about ...
+  double mean_latency_ms = 0.05;  ///< ... this
+  double line_px = 0.07;          ///< u, for two and a half events per crossing and more ...
+  double faint_line_px = 0.15;    ///< ... and for one and a half or less
+  double tilt_px = 0.05;          ///< g, from end to end
+  double half_width_px = 2;       ///< w
+  /// A line is drawn when so large a share of its points shows it dark on the rarer side. (0, 0.5)
+  double min_drawn_share = 0.3;
+  /// A line whose u lies further out, in sigmas beforehand, is not the edge that fires: a rim in relief, a shadow. > 0
+  double max_sigmas = 3.5;
+};
+
+inline constexpr std::size_t kSharedOffsets = 3;   ///< d0, a0, tau
+inline constexpr std::size_t kOffsetsPerLine = 5;  ///< w, and u and g of either polarity
+inline constexpr std::size_t kMaxOffsetTerms = 6;  ///< of one point
+
+struct EdgeOffsetCapacities {
+  std::size_t model_lines = 64;
+};
+
+/// n = kSharedOffsets + kOffsetsPerLine x model lines.
+struct EdgeOffsetWorkspace {
+  Span<double> value, sigma;   ///< [n] sigma: beforehand
+  Span<std::uint16_t> slot;    ///< [kOffsetsPerLine x model lines] place among the offsets in use
+  Span<std::uint16_t> active;  ///< [n] scratch: the offsets of one view
+  Span<double> matrix;         ///< [n (n + 1) / 2] normal equations, lower triangle by rows
+  Span<double> gradient;       ///< [n]
+  Span<double> by_camera;      ///< [n x 9]
+  Span<double> by_pose;        ///< [n x 6] scratch: of one view
+};
+
+template <class Carver>
+constexpr bool carve(Carver& carver, const EdgeOffsetCapacities& c, EdgeOffsetWorkspace* out) {
+  const std::size_t slots = kOffsetsPerLine * c.model_lines;
+  const std::size_t n = kSharedOffsets + slots;
+  return carver.carve(n, &out->value) && carver.carve(n, &out->sigma) && carver.carve(slots, &out->slot) &&
+         carver.carve(n, &out->active) && carver.carve(n * (n + 1) / 2, &out->matrix) &&
+         carver.carve(n, &out->gradient) && carver.carve(kNumIntrinsics * n, &out->by_camera) &&
+         carver.carve(6 * n, &out->by_pose);
+}
+
+/// The offsets that displace one point, with their factors.
+struct OffsetTerms {
+  std::uint16_t index[kMaxOffsetTerms];
+  double factor[kMaxOffsetTerms];
+  std::size_t count = 0;
+};
+
+/// Place of row i, column j <= i in a lower triangle by rows.
+constexpr std::size_t triangle_index(std::size_t i, std::size_t j) noexcept { return i * (i + 1) / 2 + j; }
+
+class EdgeOffsets {
+ public:
+  /// Finds which offsets there are; all begin at what is known beforehand.
+  /// @param data with an EdgePoint for each point; outlives the offsets
+  /// @param workspace for as many model lines, at least
+  void init(const CalibrationData& data, const EdgeOffsetOptions& options, const EdgeOffsetWorkspace& workspace);
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] OffsetTerms terms(std::size_t point) const;
+  /// Of a point, along its normal, px.
+  [[nodiscard]] double displacement(std::size_t point) const;
+  /// The points where they are without the offsets. @param out [data.points]
+  void correct(Span<LinePoint> out) const;
+
+  /// Moves the offsets to the minimum of the refinement's quadratic model, in which camera and poses follow them.
+  /// @param refiner    at the points as correct() gave them last
+  /// @param largest_px the largest change of an offset
+  /// @return false, nothing changed, where the equations are singular
+  bool solve(const Refiner& refiner, double* largest_px);
+
+  /// Adds to the camera's covariance what the offsets leave uncertain: A cov(offsets) A', with A the camera's answer to
+  /// them.
+  /// @param scale of cov(offsets)
+  /// @return false, *sum unchanged, where the equations are singular
+  bool add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum);
+
+  /// Marks the points of the rarer side of lines that are not drawn ones: strays.
+  void mark_strays(Span<std::uint8_t> marks) const;
+
+  /// Marks the points of lines that are not the edge that fires, see max_sigmas: the worst, and those more than half as
+  /// far out; the rest is to be judged anew without them, from the beginning: offsets are as after init() then.
+  /// @return whether there are any
+  bool mark_wrong_lines(Span<std::uint8_t> marks);
+
+ private:
+  void restart();
+  void add_line(std::size_t line);
+  void add(std::size_t slot, double sigma);
+  [[nodiscard]] double mean(std::size_t offset) const;
+  [[nodiscard]] double sigmas_off(std::size_t line, bool on) const;
+  bool reduce(const Refiner& refiner);
+
+  CalibrationData data_;
+  EdgeOffsetOptions options_;
+  EdgeOffsetWorkspace workspace_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace lecalib

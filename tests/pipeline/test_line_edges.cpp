@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "lecalib/pipeline/line_detector.hpp"
+#include "lecalib/segments/line_crossings.hpp"
+#include "support/alloc_counter.hpp"
+#include "support/edge_stream.hpp"
+#include "support/guarded_arena.hpp"
+
+using namespace lecalib;
+using namespace lecalib::test;
+
+namespace {
+
+struct EdgeDetector {
+  explicit EdgeDetector(const SceneOptions& scene, std::size_t events = 60000) {
+    DetectorCapacities capacities;
+    capacities.events = events;
+    capacities.width = scene.width;
+    capacities.height = scene.height;
+    memory = std::make_unique<GuardedArena>(detector_bytes(capacities));
+    REQUIRE(carve(memory->arena(), capacities, &workspace));
+    options.cloud.width = scene.width;
+    options.cloud.height = scene.height;
+    options.find_edges = true;
+  }
+  /// The line with most events, or null.
+  const EventLine* detect(const SceneOptions& scene, const std::vector<Event>& events) {
+    const AllocScope heap;
+    const Status status = detect_lines(window_of(scene, events), options, &workspace, lines, &count, &stats);
+    const std::size_t allocations = heap.allocations();
+    CHECK(allocations == 0);
+    CHECK(status == Status::ok);
+    return count > 0 ? lines : nullptr;
+  }
+
+  std::unique_ptr<GuardedArena> memory;
+  DetectorWorkspace workspace;
+  DetectorOptions options;
+  EventLine lines[32];
+  std::size_t count = 0;
+  DetectorStats stats;
+};
+
+/// Mean distance of an edge's points from the truth at their times, px, towards the dark.
+double edge_error(const LineEdge& edge, const StepEdge& truth, const SceneOptions& scene) {
+  double sum = 0;
+  for (int time = 0; time < 2; ++time) {
+    const double t = (time == 0 ? -0.5e-6 : 0.5e-6) * double{kEdgeTime} * static_cast<double>(scene.length_us);
+    for (int i = 0; i < 3; ++i) {
+      sum += truth.across(double{edge.x[time][i]}, double{edge.y[time][i]}) - truth.speed_px_per_s * t;
+    }
+  }
+  return sum / 6;
+}
+
+/// The same of the fit to all events alike.
+double line_error(const EventLine& line, const StepEdge& truth) {
+  const Segment& a = line.begin;
+  const Segment& b = line.end;
+  const float xs[] = {a.x1, a.x2, b.x1, b.x2};
+  const float ys[] = {a.y1, a.y2, b.y1, b.y2};
+  double sum = 0;
+  for (int i = 0; i < 4; ++i) sum += truth.across(double{xs[i]}, double{ys[i]});
+  return sum / 4;
+}
+
+}  // namespace
+
+TEST_CASE("line edges: an edge is where the intensity is half way, whatever its contrast, polarity and direction") {
+  const SceneOptions scene;
+  EdgeDetector detector(scene);
+  double worst_line = 0;
+  for (const double contrast : {2.0, 3.0, 5.0, 8.0}) {
+    for (const double angle : {0.3, 1.2, 2.5, -2.0}) {
+      for (const double speed : {600.0, -600.0}) {
+        CAPTURE(contrast);
+        CAPTURE(angle);
+        CAPTURE(speed);
+        StepEdge truth;
+        truth.contrast = contrast;
+        truth.angle = angle;
+        truth.speed_px_per_s = speed;
+        const EventLine* const line = detector.detect(scene, events_of(truth, scene, 0.24));
+        REQUIRE(line != nullptr);
+        REQUIRE(line->edge.crossings > 0);
+        CHECK(line->polarity == (speed > 0 ? 1 : -1));
+        // ln C / theta - 1, on average.
+        CHECK(double{line->edge.events_per_crossing} == doctest::Approx(std::log(contrast) / 0.24 - 1).epsilon(0.1));
+        CHECK(std::fabs(double{line->edge.speed_px_per_s}) == doctest::Approx(600).epsilon(0.02));
+        CHECK(std::fabs(edge_error(line->edge, truth, scene)) < (contrast < 2.5 ? 0.14 : 0.08));
+        CHECK(double{line->edge.scatter_px} < 0.18);
+        worst_line = std::max(worst_line, std::fabs(line_error(*line, truth)));
+      }
+    }
+  }
+  CHECK(worst_line > 0.3);
+}
+
+TEST_CASE("line edges: a threshold that is wrong by a third moves an edge by less than a tenth of a pixel") {
+  const SceneOptions scene;
+  EdgeDetector detector(scene);
+  for (const float threshold : {0.18F, 0.32F}) {
+    for (const double speed : {600.0, -600.0}) {
+      StepEdge truth;
+      truth.speed_px_per_s = speed;
+      const std::vector<Event> events = events_of(truth, scene, double{threshold});
+      double error[2] = {};
+      for (const bool known : {false, true}) {
+        detector.options.crossings.threshold = known ? threshold : 0.24F;
+        const EventLine* const line = detector.detect(scene, events);
+        REQUIRE(line != nullptr);
+        REQUIRE(line->edge.crossings > 0);
+        error[known ? 1 : 0] = edge_error(line->edge, truth, scene);
+      }
+      CHECK(std::fabs(error[1] - error[0]) < 0.1);
+    }
+  }
+}
+
+TEST_CASE("line edges: a line that hardly moves crosses no pixel entirely, and has no edge") {
+  const SceneOptions scene;
+  EdgeDetector detector(scene);
+  StepEdge truth;
+  truth.speed_px_per_s = 90;
+  const EventLine* const line = detector.detect(scene, events_of(truth, scene, 0.1));
+  REQUIRE(line != nullptr);
+  CHECK(line->edge.crossings == 0);
+}
+
+TEST_CASE("line edges: thinned windows have none, and nobody has who did not ask") {
+  const SceneOptions scene;
+  const std::vector<Event> events = events_of(StepEdge{}, scene, 0.24);
+  EdgeDetector small(scene, events.size() - 1);
+  const EventLine* line = small.detect(scene, events);
+  REQUIRE(line != nullptr);
+  CHECK(line->edge.crossings == 0);
+  EdgeDetector detector(scene, events.size());
+  line = detector.detect(scene, events);
+  REQUIRE(line != nullptr);
+  CHECK(line->edge.crossings > 0);
+  CHECK(detector.stats.crossings_dropped == 0);
+  detector.options.find_edges = false;
+  line = detector.detect(scene, events);
+  REQUIRE(line != nullptr);
+  CHECK(line->edge.crossings == 0);
+}
+
+TEST_CASE("line edges: of more crossings than there is room for an even share is taken, the rest counted") {
+  SceneOptions scene;
+  scene.width = 1280;
+  scene.height = 720;
+  StepEdge truth;
+  truth.centre_x = 640;
+  truth.centre_y = 360;
+  truth.half_length_px = 300;
+  truth.speed_px_per_s = 2400;
+  EdgeDetector detector(scene);
+  const EventLine* const line = detector.detect(scene, events_of(truth, scene, 0.24));
+  REQUIRE(line != nullptr);
+  REQUIRE(line->edge.crossings > 0);
+  CHECK(line->edge.crossings <= kMaxListedEvents);
+  CHECK(2 * detector.stats.crossings_dropped > line->edge.crossings);
+  CHECK(std::fabs(edge_error(line->edge, truth, scene)) < 0.08);
+}
+
+TEST_CASE("line edges: at their places and times the errors of a fit are not correlated") {
+  // A fit linear in time and quadratic along the line, from data spread evenly over the square.
+  constexpr int kSteps = 200;
+  using Row = Eigen::Matrix<double, 6, 1>;
+  const auto row = [](double u, double t) { return (Row() << 1, u, u * u, t, t * u, t * u * u).finished(); };
+  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+  for (int i = 0; i < kSteps; ++i) {
+    for (int k = 0; k < kSteps; ++k) {
+      const Row r = row(2 * (i + 0.5) / kSteps - 1, 2 * (k + 0.5) / kSteps - 1);
+      normal += r * r.transpose() / (kSteps * kSteps);
+    }
+  }
+  Eigen::Matrix<double, 6, 6> places;
+  for (int n = 0; n < 6; ++n) {
+    const double t = (n < 3 ? -1 : 1) / std::sqrt(3.0);
+    places.row(n) = row(double{kEdgePlaces[n % 3]}, t).transpose();
+  }
+  const Eigen::Matrix<double, 6, 6> covariance = places * normal.inverse() * places.transpose();
+  for (int i = 0; i < 6; ++i) {
+    for (int k = 0; k < 6; ++k) {
+      const double expected = i == k ? 2 / double{kEdgePlaceWeights[i % 3]} : 0;
+      CHECK(covariance(i, k) == doctest::Approx(expected).epsilon(1e-3).scale(1));
+    }
+  }
+}

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: MIT
+#include "lecalib/solve/edge_offsets.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Dense>
+#include <memory>
+#include <vector>
+
+#include "lecalib/solve/covariance.hpp"
+#include "support/alloc_counter.hpp"
+#include "support/guarded_arena.hpp"
+#include "support/synthetic_views.hpp"
+
+namespace lecalib {
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+
+/// Views whose points are edges, displaced by offsets that are known.
+struct Scene {
+  test::SyntheticViews views;
+  std::vector<EdgePoint> edges;
+  std::vector<LinePoint> corrected;
+  std::unique_ptr<test::GuardedArena> memory;
+  EdgeOffsetWorkspace workspace;
+  EdgeOffsets offsets;
+  std::vector<RefineView> poses;
+  std::vector<float> residuals;
+  Refiner refiner;
+
+  /// @param displacement of line and polarity towards the dark, px
+  template <class Displacement>
+  Scene(int num_views, int num_lines, double noise_px, Displacement displacement) {
+    Rng rng(20);
+    Rng noise(5);
+    views.camera = test::make_camera(400.0, 402.0, 322.0, 236.0, -0.15, 0.05);
+    views.model = test::random_lines(rng, num_lines, 1.2, 0.9, 0.6);
+    for (int v = 0; v < num_views; ++v) {
+      views.add_view(test::looking_pose(rng, 3.0, 0.5), 3, 0.0, 0.05, noise);
+      const View& view = views.views.back();
+      for (std::uint32_t i = view.first; i < view.first + view.count; ++i) {
+        const std::uint32_t on_line = (i - view.first) / 3 * 3 + view.first;
+        const Vec2 along(views.points[on_line + 2].u_px - views.points[on_line].u_px,
+                         views.points[on_line + 2].v_px - views.points[on_line].v_px);
+        const Vec2 normal = Vec2(-along(1), along(0)).normalized();
+        EdgePoint edge{};
+        edge.normal_x = static_cast<float>(normal(0));
+        edge.normal_y = static_cast<float>(normal(1));
+        edge.speed_px_per_s = ((v + views.points[i].line) % 2 == 0 ? 400.0F : -300.0F);
+        edge.along = 0.5F * static_cast<float>(i - on_line) - 0.5F;
+        edge.events = 3;
+        edge.dark = views.points[i].line % 3 == 0 ? 1 : -1;
+        edge.model_side = edge.dark;
+        edge.polarity = (edge.dark > 0) == (edge.speed_px_per_s > 0) ? 1 : -1;
+        edges.push_back(edge);
+      }
+    }
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      const double px =
+          displacement(views.points[i].line, edges[i].polarity > 0) * edges[i].dark + noise_px * test::gaussian(noise);
+      views.points[i].u_px += px * double{edges[i].normal_x};
+      views.points[i].v_px += px * double{edges[i].normal_y};
+    }
+  }
+
+  [[nodiscard]] CalibrationData data() const {
+    CalibrationData out = views.data();
+    out.edges = edges;
+    return out;
+  }
+
+  void begin(const EdgeOffsetOptions& options = {}, const ParameterPolicy& policy = {}) {
+    const EdgeOffsetCapacities capacities{views.model.size()};
+    ArenaMeter meter;
+    (void)carve(meter, capacities, &workspace);
+    memory = std::make_unique<test::GuardedArena>(meter.peak());
+    REQUIRE(carve(memory->arena(), capacities, &workspace));
+    offsets.init(data(), options, workspace);
+    corrected.resize(views.points.size());
+    offsets.correct(corrected);
+    for (const Pose& pose : views.poses) {
+      RefineView view{};
+      view.pose = pose;
+      view.used = true;
+      poses.push_back(view);
+    }
+    residuals.resize(views.points.size());
+    CalibrationData seen = data();
+    seen.points = corrected;
+    RefineOptions refine;
+    refine.decrease_tolerance = 1e-12;
+    refiner.init(seen, policy, refine, views.camera, poses, residuals);
+    settle();
+  }
+  void settle() {
+    Status status = Status::in_progress;
+    while (status == Status::in_progress) status = refiner.step();
+    CHECK(status == Status::ok);
+  }
+};
+
+/// The whole problem at once: 9 intrinsics, 6 for each pose, all offsets.
+struct Dense {
+  Matrix jacobian;
+  Vector residuals;
+  Matrix information;  ///< priors of the offsets included
+
+  Dense(const Scene& s, const EdgeOffsets& offsets, const Vector& sigmas) {
+    const auto num_points = static_cast<Eigen::Index>(s.corrected.size());
+    const auto num_offsets = static_cast<Eigen::Index>(offsets.size());
+    const auto poses_end = static_cast<Eigen::Index>(kNumIntrinsics + 6 * s.poses.size());
+    const Eigen::Index size = poses_end + num_offsets;
+    const auto residuals_at = [&](const Vector& x) {
+      Camera camera = s.refiner.camera();
+      for (Eigen::Index i = 0; i < 9; ++i) camera.*kIntrinsics[i] += x(i);
+      Vector out(num_points);
+      for (std::size_t v = 0; v < s.poses.size(); ++v) {
+        const Vector d = x.segment(static_cast<Eigen::Index>(kNumIntrinsics + 6 * v), 6);
+        const Mat3 turn = so3_exp(Vec3(d.head(3)));
+        const Mat3 R = turn * rotation_of(s.poses[v].pose);
+        const Vec3 t = turn * translation_of(s.poses[v].pose) + Vec3(d.tail(3));
+        const View& view = s.views.views[v];
+        for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+          const LinePoint& point = s.corrected[i];
+          const OffsetTerms terms = offsets.terms(i);
+          double px = 0;
+          for (std::size_t k = 0; k < terms.count; ++k) px += terms.factor[k] * x(poses_end + terms.index[k]);
+          const Vec2 pixel(point.u_px - px * double{s.edges[i].normal_x},
+                           point.v_px - px * double{s.edges[i].normal_y});
+          LineResidual residual;
+          REQUIRE(line_residual(camera, valid_radius(camera), line_in_camera(R, t, s.views.model[point.line]), pixel,
+                                &residual));
+          out(static_cast<Eigen::Index>(i)) = residual.value_px / point.sigma_px;
+        }
+      }
+      return out;
+    };
+    const Vector zero = Vector::Zero(size);
+    residuals = residuals_at(zero);
+    jacobian.resize(num_points, size);
+    for (Eigen::Index c = 0; c < size; ++c) {
+      Vector x = zero;
+      const double step = c < 4 ? 1e-3 : 1e-6;
+      x(c) = step;
+      const Vector after = residuals_at(x);
+      x(c) = -step;
+      jacobian.col(c) = (after - residuals_at(x)) / (2 * step);
+    }
+    information = jacobian.transpose() * jacobian;
+    for (Eigen::Index i = 0; i < num_offsets; ++i) {
+      information(poses_end + i, poses_end + i) += 1 / (sigmas(i) * sigmas(i));
+    }
+  }
+};
+
+Vector prior_sigmas(const Scene& s) {
+  Vector out(static_cast<Eigen::Index>(s.offsets.size()));
+  for (Eigen::Index i = 0; i < out.size(); ++i) out(i) = s.workspace.sigma[static_cast<std::size_t>(i)];
+  return out;
+}
+
+double some_displacement(std::size_t line, bool on) {
+  return 0.03 + 0.02 * static_cast<double>(line % 4) - (on ? 0.06 : 0.0);
+}
+
+ParameterPolicy all_free() {
+  ParameterPolicy policy;
+  policy.free[8] = true;
+  return policy;
+}
+
+TEST_CASE("edge offsets: the step and the covariance are those of one dense system") {
+  Scene s(4, 8, 0.02, some_displacement);
+  EdgeOffsetOptions options;
+  options.mean_latency_ms = 0;
+  s.begin(options, all_free());
+  CHECK(s.offsets.size() == 3 + 8 * 4);
+  const Dense dense(s, s.offsets, prior_sigmas(s));
+  const Vector step = dense.information.ldlt().solve(-dense.jacobian.transpose() * dense.residuals);
+  const Matrix covariance = dense.information.inverse();
+
+  ReducedSystem system;
+  REQUIRE(s.refiner.reduced_system(&system));
+  Eigen::Matrix<double, 9, 9> sum = system.matrix.inverse();
+  double largest = 0;
+  {
+    const test::AllocScope heap;
+    REQUIRE(s.offsets.add_covariance(s.refiner, 1.0, &sum));
+    REQUIRE(s.offsets.solve(s.refiner, &largest));
+    CHECK(heap.allocations() == 0);
+  }
+  const double scale = step.tail(static_cast<Eigen::Index>(s.offsets.size())).cwiseAbs().maxCoeff();
+  CHECK(scale > 0.01);
+  for (std::size_t i = 0; i < s.offsets.size(); ++i) {
+    const Eigen::Index place = step.size() - static_cast<Eigen::Index>(s.offsets.size() - i);
+    CHECK(s.workspace.value[i] == doctest::Approx(step(place)).epsilon(1e-3).scale(0.01 * scale));
+  }
+  for (Eigen::Index i = 0; i < 9; ++i) {
+    CHECK(std::sqrt(sum(i, i)) == doctest::Approx(std::sqrt(covariance(i, i))).epsilon(2e-3));
+  }
+}
+
+TEST_CASE("edge offsets: put in by hand they come out, and leave the camera alone") {
+  Scene s(12, 12, 0.01, some_displacement);
+  s.begin();
+  const double without = std::abs(s.refiner.camera().fx - 400.0);
+  double change = 1;
+  for (int round = 0; round < 8 && change > 1e-4; ++round) {
+    REQUIRE(s.offsets.solve(s.refiner, &change));
+    s.offsets.correct(s.corrected);
+    s.refiner.points_changed();
+    s.settle();
+  }
+  CHECK(change <= 1e-4);
+  CalibrationResult result;
+  std::vector<LineResponse> responses(s.views.model.size());
+  REQUIRE(compute_covariance(s.refiner, {}, {}, s.poses.size(), responses, &result, nullptr, &s.offsets) == Status::ok);
+  for (std::size_t i = 0; i < 8; ++i) {
+    CHECK(std::abs(s.refiner.camera().*kIntrinsics[i] - s.views.camera.*kIntrinsics[i]) < 3 * result.sigma[i]);
+  }
+  CHECK(std::abs(s.refiner.camera().fx - 400.0) < 0.5 * without);
+  // Points of a line that are dark on one side tell the sum of the offsets; two points stand for all.
+  double squares = 0;
+  for (std::size_t i = 0; i < s.edges.size(); ++i) {
+    const double truth = some_displacement(s.views.points[i].line, s.edges[i].polarity > 0) * s.edges[i].dark;
+    const double error = s.offsets.displacement(i) - truth;
+    squares += error * error / static_cast<double>(s.edges.size());
+  }
+  CHECK(std::sqrt(squares) < 0.04);
+}
+
+TEST_CASE("edge offsets: without sigma of their own they change nothing") {
+  Scene s(4, 8, 0.02, some_displacement);
+  EdgeOffsetOptions options;
+  options.dark_px = options.trailing_px = options.line_px = options.faint_line_px = options.tilt_px = 1e-9;
+  options.latency_ms = 1e-9;
+  s.begin(options);
+  Eigen::Matrix<double, 9, 9> sum = Eigen::Matrix<double, 9, 9>::Zero();
+  REQUIRE(s.offsets.add_covariance(s.refiner, 1.0, &sum));
+  CHECK(std::sqrt(sum(0, 0)) < 1e-5);
+}
+
+TEST_CASE("edge offsets: a line that is dark on both sides has a width, strays of others are marked") {
+  Scene s(6, 8, 0.0, [](std::size_t, bool) { return 0.0; });
+  for (std::size_t i = 0; i < s.edges.size(); ++i) {
+    const std::uint16_t line = s.views.points[i].line;
+    if (line == 2 && s.edges[i].speed_px_per_s > 0)
+      s.edges[i].model_side = static_cast<std::int8_t>(-s.edges[i].model_side);
+  }
+  std::size_t first_of_three = 0;
+  while (s.views.points[first_of_three].line != 3) ++first_of_three;
+  s.edges[first_of_three].model_side = static_cast<std::int8_t>(-s.edges[first_of_three].model_side);
+  s.begin();
+  CHECK(s.offsets.size() == 3 + 8 * 4 + 1);
+  std::vector<std::uint8_t> marks(s.edges.size(), 0);
+  s.offsets.mark_strays(marks);
+  std::size_t marked = 0;
+  for (const std::uint8_t mark : marks) marked += mark;
+  CHECK(marked == 1);
+  CHECK(marks[first_of_three] == 1);
+}
+
+TEST_CASE("edge offsets: a line that another edge fires for is marked, and the rest begins anew") {
+  Scene s(10, 10, 0.01, [](std::size_t line, bool) { return line == 4 ? 1.5 : 0.0; });
+  s.begin();
+  std::vector<std::uint8_t> marks(s.edges.size(), 0);
+  CHECK_FALSE(s.offsets.mark_wrong_lines(marks));
+  double change = 1;
+  for (int round = 0; round < 4; ++round) {
+    REQUIRE(s.offsets.solve(s.refiner, &change));
+    s.offsets.correct(s.corrected);
+    s.refiner.points_changed();
+    s.settle();
+  }
+  REQUIRE(s.offsets.mark_wrong_lines(marks));
+  for (std::size_t i = 0; i < marks.size(); ++i) CHECK((marks[i] != 0) == (s.views.points[i].line == 4));
+  for (std::size_t i = 3; i < s.offsets.size(); ++i) CHECK(s.workspace.value[i] == 0.0);
+}
+
+TEST_CASE("edge offsets: a point whose dark side is not known has none") {
+  Scene s(4, 8, 0.0, [](std::size_t, bool) { return 0.0; });
+  s.edges[7].dark = 0;
+  s.begin();
+  CHECK(s.offsets.terms(7).count == 0);
+  CHECK(s.offsets.terms(8).count == 5);
+  CHECK(s.offsets.displacement(7) == 0.0);
+}
+
+}  // namespace
+}  // namespace lecalib
