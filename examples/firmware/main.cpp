@@ -18,6 +18,7 @@ constexpr Capacities kCapacities = [] {
   Capacities c;
   c.sensor_width = 320, c.sensor_height = 320;
   c.events_per_window = 7000, c.lines_per_window = 24, c.windows = 16, c.model_lines = 16;
+  c.edges = false;  // windows of so few events are thinned and show none
   return c;
 }();
 /// Shorter windows than usual, so that most keep all of their events.

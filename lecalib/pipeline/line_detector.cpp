@@ -236,6 +236,7 @@ Status detect_lines(const EventWindow& window, const DetectorOptions& options, D
   *stats = {};
   const DetectorWorkspace& ws = *workspace;
   if (ws.lines.size() > kMaxLines) return Status::invalid_argument;
+  if (options.find_edges && ws.fit.pixel.empty()) return Status::buffer_too_small;
 
   EventCloud cloud;
   {

@@ -90,6 +90,7 @@ struct DetectorCapacities {
   std::size_t lines = 128;             ///< 1 to kMaxLines
   std::size_t samples_per_line = 0;    ///< of LineSample, up to 96; 0: none are made
   std::size_t image_cells = 8192;      ///< of a plane's density image, 64 to 65535
+  bool edges = true;                   ///< room for DetectorOptions::find_edges
   std::uint16_t width = 1280, height = 720;
 };
 
@@ -122,7 +123,7 @@ template <class Carver>
 constexpr bool carve(Carver& carver, const DetectorCapacities& capacities, DetectorWorkspace* out) {
   const CloudCapacities cloud{capacities.events, capacities.width, capacities.height};
   const RegionCapacities regions{capacities.surface_points, capacities.regions, capacities.width, capacities.height};
-  const LineCapacities lines{capacities.events, capacities.width, capacities.height};
+  const LineCapacities lines{capacities.events, capacities.width, capacities.height, capacities.edges};
   if (!carve(carver, cloud, &out->cloud) || !carver.carve(capacities.regions, &out->guesses) ||
       !carver.carve(capacities.lines, &out->lines) || !carver.carve(capacities.lines, &out->shapes) ||
       !carver.carve(capacities.lines * capacities.samples_per_line, &out->samples) ||

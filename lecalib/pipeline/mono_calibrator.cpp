@@ -66,6 +66,7 @@ Status MonoCalibrator::init(Span<std::byte> memory, const Capacities& capacities
 
   capacities_ = capacities;
   options_ = options;
+  options_.use_edges = options.use_edges && capacities.edges;
   options_.noise.width = options_.detector.cloud.width = options_.matcher.width = capacities.sensor_width;
   options_.noise.height = options_.detector.cloud.height = options_.matcher.height = capacities.sensor_height;
   model_ = model;

@@ -97,6 +97,7 @@ constexpr DetectorCapacities detector_capacities(const Capacities& c) {
   out.lines = c.lines_per_window < kMaxLines ? c.lines_per_window : kMaxLines;
   out.width = c.sensor_width;
   out.height = c.sensor_height;
+  out.edges = c.edges;
   if (!c.reference_detector) out.surface_points = out.regions = out.image_cells = 0;
   return out;
 }
@@ -113,7 +114,7 @@ constexpr MonoSolverCapacities solver_capacities(const Capacities& c) {
   out.views = 2 * std::size_t{c.windows};
   out.points = out.views * matcher_capacities(c).matches * c.points_per_line;
   out.model_lines = c.model_lines;
-  out.edge_points = c.windows * matcher_capacities(c).matches * kEdgePointsPerMatch;
+  if (c.edges) out.edge_points = c.windows * matcher_capacities(c).matches * kEdgePointsPerMatch;
   return out;
 }
 

@@ -21,6 +21,7 @@ inline constexpr std::size_t kMaxListedEvents = 8192;
 struct LineCapacities {
   std::size_t events = 0;
   std::uint16_t width = 0, height = 0;  ///< of the sensor, px
+  bool edges = true;                    ///< room for fit_crossings()
 };
 
 /// Which events a line may take.
@@ -54,7 +55,8 @@ constexpr bool carve(Carver& carver, const LineCapacities& capacities, LineWorks
   return carver.carve(capacities.events, &out->owner) && carver.carve(listed, &out->along) &&
          carver.carve(listed, &out->across) && carver.carve(listed, &out->tau) &&
          carver.carve(kHistogramRows * bins, &out->histogram) && carver.carve(bins, &out->patches) &&
-         carver.carve(listed, &out->pixel) && carver.carve(2 * listed, &out->times);
+         carver.carve(capacities.edges ? listed : 0, &out->pixel) &&
+         carver.carve(capacities.edges ? 2 * listed : 0, &out->times);
 }
 
 }  // namespace lecalib

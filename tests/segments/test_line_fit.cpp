@@ -22,14 +22,14 @@ namespace {
 
 struct Workspace {
   explicit Workspace(const EventCloud& cloud) : memory(bytes(cloud)) {
-    const LineCapacities capacities{cloud.size(), cloud.width, cloud.height};
+    const LineCapacities capacities{cloud.size(), cloud.width, cloud.height, true};
     REQUIRE(carve(memory.arena(), capacities, &workspace));
     for (std::uint8_t& owner : workspace.owner) owner = 0;
   }
   static std::size_t bytes(const EventCloud& cloud) {
     ArenaMeter meter;
     LineWorkspace unused;
-    (void)carve(meter, LineCapacities{cloud.size(), cloud.width, cloud.height}, &unused);
+    (void)carve(meter, LineCapacities{cloud.size(), cloud.width, cloud.height, true}, &unused);
     return meter.peak();
   }
   GuardedArena memory;
