@@ -93,7 +93,8 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
   result->chi2_per_dof = refiner.data_cost() / dof;
   const bool may_narrow = !options.trust_sigma && dof >= kMinScaleDof;
   // A scale from residuals is uncertain itself: errors over it are Student's, of variance dof / (dof - 2).
-  const double scale = may_narrow ? refiner.data_cost() / (dof - 2.0) : std::max(1.0, result->chi2_per_dof);
+  double scale = may_narrow ? refiner.data_cost() / (dof - 2.0) : std::max(1.0, result->chi2_per_dof);
+  if (offsets != nullptr) scale *= std::max(1.0, static_cast<double>(num_views_used) / options.independent_views);
   covariance *= scale;
   correlate_turns(refiner, policy, factor, &covariance);
   if (offsets != nullptr) {

@@ -16,6 +16,9 @@ struct CovarianceOptions {
   /// events of an edge lie towards its dark side by a few tenths of a pixel, and more views don't average that out.
   /// 0: none; points measured in images have none.
   double line_offset_px = 0;
+  /// Views of edges whose errors count as independent, > 0. What an edge is off goes with its motion's direction and
+  /// speed, which views share that follow each other: of n more views variances grow by n / independent_views.
+  double independent_views = 36;
   /// A parameter whose sigma is above this share of its prior's is listed as assumed. (0, 1]
   double assumed_share = 0.5;
 };
