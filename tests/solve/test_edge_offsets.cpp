@@ -231,6 +231,27 @@ TEST_CASE("edge offsets: put in by hand they come out, and leave the camera alon
   CHECK(std::sqrt(squares) < 0.04);
 }
 
+TEST_CASE("edge offsets: more views than count as independent do not narrow sigma as if they were") {
+  Scene s(12, 12, 0.01, some_displacement);
+  s.begin();
+  const auto views = static_cast<double>(s.poses.size());
+  const auto sigma_fx = [&](double independent_views) {
+    CovarianceOptions options;
+    options.independent_views = independent_views;
+    CalibrationResult result;
+    std::vector<LineResponse> responses(s.views.model.size());
+    REQUIRE(compute_covariance(s.refiner, {}, options, s.poses.size(), responses, &result, nullptr, &s.offsets) ==
+            Status::ok);
+    return result.sigma[0];
+  };
+  const double all = sigma_fx(views);
+  CHECK(sigma_fx(2 * views) == all);
+  // Four views that count as one: of the points' part twice the sigma, of what is known beforehand of offsets no more.
+  const double quarter = sigma_fx(0.25 * views);
+  CHECK(quarter > 1.2 * all);
+  CHECK(quarter <= 2 * all);
+}
+
 TEST_CASE("edge offsets: without sigma of their own they change nothing") {
   Scene s(4, 8, 0.02, some_displacement);
   EdgeOffsetOptions options;
