@@ -81,7 +81,6 @@ constexpr bool carve(Carver& carver, const MonoSolverCapacities& capacities, Mon
          carver.carve(max_line_results(capacities), &out->line_results) &&
          carver.carve(capacities.points, &out->left_out) && carver.carve(capacities.model_lines, &out->chosen) &&
          carver.carve(capacities.model_lines, &out->responses) &&
-
          carver.carve(capacities.edge_points, &out->corrected) &&
          carver.carve(capacities.edge_points, &out->wrong_edges) &&
          (capacities.edge_points == 0 || carve(carver, EdgeOffsetCapacities{capacities.model_lines}, &out->offsets));
