@@ -117,17 +117,23 @@ void dense_system(const Problem& p, Eigen::MatrixXd* J, Eigen::VectorXd* r) {
   }
 }
 
+/// The dense system without k3, which is held.
+Eigen::MatrixXd free_columns(const Problem& p, Eigen::VectorXd* r) {
+  Eigen::MatrixXd J;
+  dense_system(p, &J, r);
+  Eigen::MatrixXd free(J.rows(), J.cols() - 1);
+  free << J.leftCols(8), J.rightCols(J.cols() - 9);
+  return free;
+}
+
 TEST_CASE("standardised residuals are r / sqrt(1 - h) with the dense equations' leverages") {
   Problem p = make_problem(3, 0.5, 0.02, 9);
   p.init(no_priors(), {});
   REQUIRE(p.run() == Status::ok);
   std::vector<float> standardised(p.scene.points.size());
   REQUIRE(p.refiner.standardised_residuals(standardised));
-  Eigen::MatrixXd J;
   Eigen::VectorXd r;
-  dense_system(p, &J, &r);
-  Eigen::MatrixXd free(J.rows(), J.cols() - 1);
-  free << J.leftCols(8), J.rightCols(J.cols() - 9);  // k3 is held
+  const Eigen::MatrixXd free = free_columns(p, &r);
   const Eigen::MatrixXd hat = free * (free.transpose() * free).ldlt().solve(free.transpose());
   for (Eigen::Index i = 0; i < r.size(); ++i) {
     const double expected = r(i) / std::sqrt(1.0 - hat(i, i));
@@ -146,11 +152,8 @@ TEST_CASE("standardised residuals of points left out are r / sqrt(1 + h): a solu
   REQUIRE(p.run() == Status::ok);
   std::vector<float> standardised(p.scene.points.size());
   REQUIRE(p.refiner.standardised_residuals(standardised));
-  Eigen::MatrixXd J;
   Eigen::VectorXd r;
-  dense_system(p, &J, &r);
-  Eigen::MatrixXd free(J.rows(), J.cols() - 1);
-  free << J.leftCols(8), J.rightCols(J.cols() - 9);  // k3 is held
+  const Eigen::MatrixXd free = free_columns(p, &r);
   Eigen::MatrixXd used = free;
   for (std::size_t i = 0; i < left_out.size(); ++i) {
     if (left_out[i] != 0) used.row(static_cast<Eigen::Index>(i)).setZero();
