@@ -83,11 +83,11 @@ class LineCollector {
 
   /// @return whether the guess became a line
   bool add(MovingLine line) {
-    if (failed_.holds(line) || !grow_line(cloud_, options_.growth, options_.fit.priors, ws_.fit, {}, &line)) {
+    if (failed_.holds(line) || !grow_line(cloud_, options_.growth, options_.fit.priors, ws_.fit, {}, {}, &line)) {
       ++stats_->guesses_repeated;
       return false;
     }
-    const FitClaim claim{static_cast<std::uint8_t>(count_ + 1), {}, 1};
+    const FitClaim claim{static_cast<std::uint8_t>(count_ + 1), {}, 1, {}};
     const FitOutcome outcome = fit_line(cloud_, options_.fit, ws_.fit, claim, &line);
     ++stats_->fits[static_cast<std::size_t>(outcome)];
     if (outcome != FitOutcome::accepted) {
@@ -168,10 +168,13 @@ Status find_lines_by_planes(const EventCloud& cloud, const DetectorOptions& opti
 std::size_t settle_lines(const EventCloud& cloud, std::size_t count, const DetectorOptions& options,
                          const DetectorWorkspace& ws, DetectorStats* stats) {
   const StageTimer timer(options.clock_ns, DetectorStage::merge, stats);
+  clear_lines(cloud, options.extension, options.fit, ws.fit, ws.lines, &count);
+  stats->lines_merged = static_cast<std::uint32_t>(
+      merge_lines(cloud, options.merge, options.extension.sharing, options.fit, ws.fit, ws.lines, &count));
   stats->lines_extended = static_cast<std::uint32_t>(
       extend_lines(cloud, options.extension, options.growth, options.fit, ws.fit, ws.lines, &count));
-  stats->lines_merged =
-      static_cast<std::uint32_t>(merge_lines(cloud, options.merge, options.fit, ws.fit, ws.lines, &count));
+  stats->lines_merged += static_cast<std::uint32_t>(
+      merge_lines(cloud, options.merge, options.extension.sharing, options.fit, ws.fit, ws.lines, &count));
   stats->lines_cut =
       static_cast<std::uint32_t>(split_lines(cloud, options.split, options.fit, ws.fit, ws.lines, &count));
   return count;
@@ -188,7 +191,11 @@ std::size_t write_lines(const EventCloud& cloud, Span<MovingLine> lines, const D
   const std::size_t per_line = ws.samples.size() / ws.lines.size();
   for (std::size_t i = 0; i < count; ++i) {
     std::size_t num_samples = 0;
-    out[i] = shape_line(cloud, options.shape, options.fit.priors, ws.fit, lines[i],
+    bool own[kMaxLines + 1] = {};
+    own[lines[i].id] = true;
+    SharedStretches shared(options.extension.sharing, lines, lines[i], {own});
+    if (shared.share_of(lines[i]) <= 0) shared = {};  // the shape asks for every event
+    out[i] = shape_line(cloud, options.shape, options.fit.priors, ws.fit, lines[i], shared,
                         ws.samples.subspan(i * per_line, per_line), &num_samples, &ws.shapes[i]);
     if (per_line > 0) ws.num_samples[i] = static_cast<std::uint8_t>(num_samples);
   }

@@ -19,4 +19,11 @@ inline float weight_band(float sigma_px) noexcept {
   return std::clamp(kSigmas * sigma_px, kMinPx, kMaxPx);
 }
 
+/// The band of events that a line takes for its own, whose distance has this one-sigma, px.
+inline float claimed_band(float sigma_px) noexcept {
+  constexpr float kSigmas = 3.5F;
+  constexpr float kMinPx = 2;
+  return std::max(kMinPx, kSigmas * sigma_px);
+}
+
 }  // namespace lecalib

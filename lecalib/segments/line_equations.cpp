@@ -128,12 +128,14 @@ bool LineEquations::solve(const LinePriors& priors, float variance, float* m, fl
   a[1][1] += variance / (priors.motion_px * priors.motion_px);
   a[2][2] += variance / (priors.motion_px * priors.motion_px);
   a[3][3] += variance / (priors.turn_px * priors.turn_px);
-  a[4][4] += variance / (priors.bend_px * priors.bend_px);
+  const float bend_weight = variance / (priors.bend_px * priors.bend_px);
+  a[4][4] += bend_weight;
 
   Factor factor{};
   if (!factor.factorise(a)) return false;
   float x[kN];
   for (int i = 0; i < kN; ++i) x[i] = sums_[kRight[i]];
+  x[4] += bend_weight * priors.bend_mean_px;
   factor.solve_in_place(x);
   for (int i = 0; i < kN; ++i) m[i] = x[i];
   if (covariance == nullptr) return true;

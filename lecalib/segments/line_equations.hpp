@@ -11,9 +11,10 @@ namespace lecalib {
 /// How far a line may reasonably depart from a plane's trace: standard deviations of the coefficients, px at 64 px from
 /// the middle. Weak knowledge that keeps short or sparse lines from turning and bending after noise.
 struct LinePriors {
-  float motion_px = 30;  ///< m1 and m2
-  float turn_px = 4;     ///< m3
-  float bend_px = 2.5F;  ///< m4
+  float motion_px = 30;    ///< m1 and m2
+  float turn_px = 4;       ///< m3
+  float bend_px = 2.5F;    ///< m4
+  float bend_mean_px = 0;  ///< what is expected of m4, px at 64 px; of the others it is 0
 };
 
 /// Events along a line, as growing and fitting list them.

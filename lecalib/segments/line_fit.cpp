@@ -20,8 +20,6 @@ constexpr int kMaxParts = 3;  // a line is cut at a kink that often, less one
 
 constexpr float kInlierSigmas = 2.5F;
 constexpr float kMinInlierPx = 1;
-constexpr float kClaimSigmas = 3.5F;
-constexpr float kMinClaimPx = 2;
 constexpr float kFlankMarginPx = 0.5F;
 
 constexpr int kMaxCount = 65535;      // of a histogram bin; a patch's count is cut there too
@@ -47,11 +45,13 @@ class LineFitter {
   FitOutcome fit(float* kink_px) {
     recentre(&line_);
     collect();
+    set_shared_aside();
     if (count_ * stride_ < options_.min_events) return FitOutcome::too_few_events;
     FitOutcome outcome = fit_robustly();
     if (outcome == FitOutcome::accepted && has_kink(kink_px)) outcome = FitOutcome::kinked;
     if (outcome == FitOutcome::accepted) outcome = judge_support();
     if (outcome == FitOutcome::accepted) outcome = find_extents();
+    if (outcome == FitOutcome::accepted && !is_certain()) outcome = FitOutcome::uncertain;
     if (outcome == FitOutcome::accepted) mark_events();
     return outcome;
   }
@@ -69,7 +69,7 @@ class LineFitter {
     while (!fits) {
       std::size_t found = 0;
       for_each_near_line(cloud_, line_, from, to, kWideBandPx, line_.polarities, stride_, [&](const LineEvent& event) {
-        if (!claim_.may_take(ws_.owner[event.index]) || ++found > room) return;
+        if (!may_take(event) || ++found > room) return;
         ws_.along[found - 1] = event.along_px;
         ws_.across[found - 1] = event.across_px;
         ws_.tau[found - 1] = event.tau;
@@ -77,6 +77,24 @@ class LineFitter {
       fits = found <= room;
       count_ = std::min(found, room);
       if (!fits) stride_ *= 2;
+    }
+  }
+
+  [[nodiscard]] bool may_take(const LineEvent& event) const {
+    const std::uint8_t owner = ws_.owner[event.index];
+    return claim_.may_take(owner) || claim_.shared.may_have(line_, owner, event.along_px, event.tau);
+  }
+
+  /// Puts events where it is unknown whose they are at the list's end: they support the line but don't shape it.
+  void set_shared_aside() {
+    clear_ = count_;
+    if (claim_.shared.empty()) return;
+    clear_ = 0;
+    for (std::size_t k = 0; k < count_; ++k) {
+      if (claim_.shared.hold(line_, ws_.along[k], ws_.tau[k])) continue;
+      std::swap(ws_.along[k], ws_.along[clear_]);
+      std::swap(ws_.across[k], ws_.across[clear_]);
+      std::swap(ws_.tau[k], ws_.tau[clear_++]);
     }
   }
 
@@ -88,11 +106,12 @@ class LineFitter {
       const float band_px = band();
       LineEquations equations;
       const WeightedSupport support =
-          equations.add_near({ws_.along.data(), ws_.across.data(), ws_.tau.data(), count_}, line_, band_px);
+          equations.add_near({ws_.along.data(), ws_.across.data(), ws_.tau.data(), clear_}, line_, band_px);
       if (support.events * stride_ < options_.min_events / 2) return FitOutcome::too_few_events;
       const float variance = support.square / (support.weight * kWeightedVariance) * (band_px * band_px);
       line_.thickness_px = std::sqrt(variance);
-      if (!equations.solve(options_.priors, 1, line_.m, line_.covariance)) return FitOutcome::no_solution;
+      if (!equations.solve(claim_.shared.priors(options_.priors, line_), 1, line_.m, line_.covariance))
+        return FitOutcome::no_solution;
       for (float& entry : line_.covariance) entry *= variance * kVarianceInflation;
     }
     return line_.thickness_px > options_.max_thickness_px ? FitOutcome::too_thick : FitOutcome::accepted;
@@ -101,7 +120,7 @@ class LineFitter {
   bool has_kink(float* at_px) const {
     KinkFinder finder(line_.lowest(), line_.highest());
     const float per_band = 1 / band();
-    for (std::size_t k = 0; k < count_; ++k) {
+    for (std::size_t k = 0; k < clear_; ++k) {
       const float r = residual(k);
       const float weight = 1 - r * r * per_band * per_band;
       if (weight > 0) finder.add(ws_.along[k], r, weight);
@@ -216,17 +235,31 @@ class LineFitter {
     ends[1] = middle + motion;
   }
 
+  /// Whether the bin lies where the line's events may be others'.
+  [[nodiscard]] bool is_shared(int bin) const {
+    const float s = histogram_start_ + kHistogramBinPx * (static_cast<float>(bin) + 0.5F);
+    return claim_.shared.hold(line_, s, 0);
+  }
+
   /// Whether equal patches along the line hold about equally many events.
   bool is_even(float low, float high) {
     const int first = std::max(0, static_cast<int>((low - histogram_start_) / kHistogramBinPx));
     const int end = std::min(num_bins_, static_cast<int>((high - histogram_start_) / kHistogramBinPx));
     if (end - first < 2 * kMinPatches) return false;
-    const int total = half_sum(0, first, end - first) + half_sum(1, first, end - first);
-    const float per_bin = static_cast<float>(total) / static_cast<float>(end - first);
+    int total = 0;
+    int bins = 0;
+    for (int b = first; b < end; ++b) {
+      if (is_shared(b)) continue;
+      total += half_count(0, b) + half_count(1, b);
+      ++bins;
+    }
+    if (bins == 0) return false;
+    const float per_bin = static_cast<float>(total) / static_cast<float>(bins);
     const int width = std::max(2, std::min(nearest(kEventsPerPatch / std::max(per_bin, 0.1F)), (end - first) / 5));
     int patches = 0;
     int empty = 0;
     for (int b = first; b + width <= end; b += width) {
+      if (is_shared(b + width / 2)) continue;
       const int n = half_sum(0, b, width) + half_sum(1, b, width);
       ws_.patches[static_cast<std::size_t>(patches++)] = static_cast<std::uint16_t>(std::min(n, kMaxCount));
       empty += n == 0 ? 1 : 0;
@@ -240,13 +273,23 @@ class LineFitter {
            static_cast<float>(empty) <= max_empty * static_cast<float>(patches);
   }
 
+  [[nodiscard]] bool is_certain() const {
+    const float limit = options_.max_end_sigma_px * options_.max_end_sigma_px;
+    for (int end = 0; end < 2; ++end) {
+      const float tau = end == 0 ? -1.0F : 1.0F;
+      if (offset_variance(line_, line_.low[end], tau) > limit || offset_variance(line_, line_.high[end], tau) > limit) {
+        return false;
+      }
+    }
+    return true;
+  }
+
   void mark_events() {
     line_.id = claim_.id;
-    const float claimed = std::max(kMinClaimPx, kClaimSigmas * line_.thickness_px);
+    const float claimed = claimed_band(line_.thickness_px);
     for_each_near_line(cloud_, line_, line_.lowest() - kBeyondEndsPx, line_.highest() + kBeyondEndsPx, claimed,
                        line_.polarities, 1, [&](const LineEvent& event) {
-                         std::uint8_t& owner = ws_.owner[event.index];
-                         if (claim_.may_take(owner)) owner = claim_.id;
+                         if (may_take(event)) ws_.owner[event.index] = claim_.id;
                        });
   }
 
@@ -256,6 +299,7 @@ class LineFitter {
   const FitClaim& claim_;
   MovingLine line_;
   std::size_t count_ = 0;     // events in the lists
+  std::size_t clear_ = 0;     // of these, first in the lists, those that are surely not another line's
   std::uint32_t stride_ = 1;  // of the cloud's events, so many are passed over for one that is looked at
   float histogram_start_ = 0;
   int num_bins_ = 0;

@@ -9,6 +9,7 @@
 #include "lecalib/segments/line_kink.hpp"
 #include "lecalib/segments/line_workspace.hpp"
 #include "lecalib/segments/moving_line.hpp"
+#include "lecalib/segments/shared_stretches.hpp"
 
 namespace lecalib {
 
@@ -24,6 +25,7 @@ struct LineFitOptions {
   float min_evenness = 0.6F;  ///< median over mean of equal patches along the line; hot pixels and crossings are uneven
   float max_empty_share = 0.25F;  ///< of patches without events, 0 to 1
   float min_half_share = 0.12F;   ///< of the events in the poorer half of the window, 0 to 0.5
+  float max_end_sigma_px = 2;     ///< one sigma of where its ends stand across it, px: more says nothing there
   KinkOptions kink;
   std::uint32_t max_fit_events = 1000;  ///< the fit takes about so many, evenly chosen; it only has to find the line
 };
@@ -40,14 +42,16 @@ enum class FitOutcome : std::uint8_t {
   uneven,        ///< see min_evenness, max_empty_share
   one_sided,     ///< see min_half_share
   too_short,
+  uncertain,  ///< see max_end_sigma_px
 };
-inline constexpr std::size_t kNumFitOutcomes = 10;
+inline constexpr std::size_t kNumFitOutcomes = 11;
 
 /// What a fit may take, and what it marks it with.
 struct FitClaim {
-  std::uint8_t id = 0;   ///< new owner of the line's events, 1 to kMaxLines
-  OwnerFilter may_take;  ///< whose events the line may take
-  float tolerance = 1;   ///< factor on the evenness tests: a joined line may be less even
+  std::uint8_t id = 0;          ///< new owner of the line's events, 1 to kMaxLines
+  OwnerFilter may_take;         ///< whose events the line may take
+  float tolerance = 1;          ///< factor on the evenness tests: a joined line may be less even
+  SharedStretches shared = {};  ///< events there support the line but don't shape it
 };
 
 /// Fits the line: events within a wide band, then iteratively re-weighted least squares with a narrowing one; where it

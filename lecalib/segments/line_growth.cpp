@@ -31,8 +31,15 @@ struct Reach {
 class LineGrower {
  public:
   LineGrower(const EventCloud& cloud, const GrowthOptions& options, const LinePriors& priors,
-             const LineWorkspace& workspace, const OwnerFilter& may_take, const MovingLine& guess)
-      : cloud_(cloud), options_(options), priors_(priors), ws_(workspace), may_take_(may_take), line_(guess) {}
+             const LineWorkspace& workspace, const OwnerFilter& may_take, const SharedStretches& shared,
+             const MovingLine& guess)
+      : cloud_(cloud),
+        options_(options),
+        priors_(shared.priors(priors, guess)),
+        ws_(workspace),
+        may_take_(may_take),
+        shared_(shared),
+        line_(guess) {}
 
   bool start() {
     line_.low[0] = line_.low[1] = line_.lowest();
@@ -78,7 +85,8 @@ class LineGrower {
   /// inner end on.
   void gather(float from, float to, unsigned polarities, int side) {
     for_each_near_line(cloud_, line_, from, to, options_.band_px, polarities, stride_, [&](const LineEvent& event) {
-      if (may_take_(ws_.owner[event.index])) {
+      const std::uint8_t owner = ws_.owner[event.index];
+      if (may_take_(owner) || shared_.may_have(line_, owner, event.along_px, event.tau)) {
         if (count_ == ws_.along.size()) return;
         ws_.along[count_] = event.along_px;
         ws_.across[count_] = event.across_px;
@@ -91,6 +99,13 @@ class LineGrower {
   }
 
   void accept_from(std::size_t first) {
+    if (!shared_.empty()) {
+      for (std::size_t k = first; k < count_; ++k) {
+        if (shared_.hold(line_, ws_.along[k], ws_.tau[k])) continue;
+        equations_.add(ws_.along[k], ws_.tau[k], ws_.across[k], 1);
+      }
+      return;
+    }
     equations_.add({ws_.along.data() + first, ws_.across.data() + first, ws_.tau.data() + first, count_ - first});
   }
 
@@ -175,7 +190,8 @@ class LineGrower {
     Reach reach = measure(first, from, to, side);
     if (!reach.to_the_end) reach = try_other_polarity(reach, first, from, to, side);
     if (reach.to_the_end && !reach.supported) {
-      reach.to_the_end = state.bridges++ < kMaxBridges;
+      if (!shared_.hold(line_, 0.5F * (from + to), 0)) ++state.bridges;
+      reach.to_the_end = state.bridges <= kMaxBridges;
       reach.extent_px = reach.to_the_end ? step : 0;
     }
     drop_beyond(first, reach.extent_px, from, to, side);
@@ -209,9 +225,10 @@ class LineGrower {
 
   const EventCloud& cloud_;
   const GrowthOptions& options_;
-  const LinePriors& priors_;
+  LinePriors priors_;
   const LineWorkspace& ws_;
   const OwnerFilter& may_take_;
+  const SharedStretches& shared_;
   MovingLine line_;
   LineEquations equations_;
   std::size_t count_ = 0;     // events in the lists
@@ -223,8 +240,9 @@ class LineGrower {
 }  // namespace
 
 bool grow_line(const EventCloud& cloud, const GrowthOptions& options, const LinePriors& priors,
-               const LineWorkspace& workspace, const OwnerFilter& may_take, MovingLine* line) {
-  LineGrower grower(cloud, options, priors, workspace, may_take, *line);
+               const LineWorkspace& workspace, const OwnerFilter& may_take, const SharedStretches& shared,
+               MovingLine* line) {
+  LineGrower grower(cloud, options, priors, workspace, may_take, shared, *line);
   if (!grower.start()) return false;
   grower.grow();
   *line = grower.line();

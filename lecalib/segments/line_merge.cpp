@@ -20,6 +20,10 @@ constexpr float kHoleEvents = 6;  // a stretch that should have held so many eve
 /// ON and OFF pieces join only when they follow each other: side by side they are the two edges of a thin stripe.
 constexpr float kMaxOppositeDistancePx = 1.2F;
 constexpr float kMaxOppositeOverlap = 0.3F;
+constexpr float kMaxPiecesApartPx = 24;  // of an end, from where the other piece would have it
+constexpr int kGapPlaces = 8;
+constexpr int kMinSharedGapPlaces = 5;
+constexpr float kMaxAcrossDistancePx = 1.5F;
 /// A joined line may be uneven: its pieces were parted for a reason.
 constexpr float kJoinTolerance = 0.5F;
 
@@ -89,28 +93,54 @@ bool opposite(const MovingLine& a, const MovingLine& b) { return (a.polarities &
 
 /// Whether the shorter line `b` continues, or repeats, `a`; `of_b` is b's place along a.
 bool belong_together(const EventCloud& cloud, const MergeOptions& options, const MovingLine& a, const MovingLine& b,
-                     Agreement* of_b) {
-  if (std::fabs(a.ux * b.ux + a.uy * b.uy) < options.min_cosine) return false;
-  *of_b = compare(a, b, PieceEnds::both, options);
-  if (!of_b->agrees) return false;
+                     const Agreement& of_b) {
+  if (!of_b.agrees) return false;
   const float low = a.lowest();
   const float high = a.highest();
   // At the longer line's far end the shorter one, extrapolated, would say nothing.
-  const PieceEnds near = of_b->low > high ? PieceEnds::high : of_b->high < low ? PieceEnds::low : PieceEnds::both;
+  const PieceEnds near = of_b.low > high ? PieceEnds::high : of_b.high < low ? PieceEnds::low : PieceEnds::both;
   const Agreement of_a = compare(b, a, near, options);
   if (!of_a.agrees) return false;
   if (opposite(a, b)) {
-    const float overlap = std::min(high, of_b->high) - std::max(low, of_b->low);
-    if (std::max(of_b->worst_px, of_a.worst_px) > kMaxOppositeDistancePx) return false;
-    if (overlap > kMaxOppositeOverlap * (of_b->high - of_b->low)) return false;
+    const float overlap = std::min(high, of_b.high) - std::max(low, of_b.low);
+    if (std::max(of_b.worst_px, of_a.worst_px) > kMaxOppositeDistancePx) return false;
+    if (overlap > kMaxOppositeOverlap * (of_b.high - of_b.low)) return false;
   }
-  const float gap = std::max(of_b->low - high, low - of_b->high);
-  if (gap > options.max_gap_lengths * 0.5F * (high - low + of_b->high - of_b->low) + kGapMarginPx) return false;
+  const float gap = std::max(of_b.low - high, low - of_b.high);
+  if (gap > options.max_gap_lengths * 0.5F * (high - low + of_b.high - of_b.low) + kGapMarginPx) return false;
   const float density = std::min(density_of(a), density_of(b));
   if (gap <= std::max(kSmallGapPx, kSmallGapEvents / density)) return true;
-  const bool after = of_b->low > high;
+  const bool after = of_b.low > high;
   const unsigned polarities = opposite(a, b) ? 3U : (a.polarities | b.polarities);
-  return is_gap_filled(cloud, options, a, polarities, after ? high : of_b->high, after ? of_b->low : low, density);
+  return is_gap_filled(cloud, options, a, polarities, after ? high : of_b.high, after ? of_b.low : low, density);
+}
+
+/// Whether the lines follow each other and point at each other nearly enough to be worth a closer look.
+bool may_lie_across(const MovingLine& a, const MovingLine& b, const Agreement& of_b) {
+  return !opposite(a, b) && (of_b.low > a.highest() || of_b.high < a.lowest()) && of_b.worst_px < kMaxPiecesApartPx;
+}
+
+/// Whether the lines are pieces of one on both sides of a stretch that it shares with another line. What two short
+/// pieces say of each other's place is little; but one line must fit both.
+bool lie_across(const EventCloud& cloud, const MergeOptions& options, const MovingLine& a, const MovingLine& b,
+                const Agreement& of_b, const MovingLine& whole, const SharedStretches& shared) {
+  if (shared.empty()) return false;
+  const float low = a.lowest();
+  const float high = a.highest();
+  const float from = of_b.low > high ? high : of_b.high;
+  const float to = of_b.low > high ? of_b.low : low;
+  int shared_places = 0;
+  for (int i = 0; i < kGapPlaces; ++i) {
+    const float s = from + (to - from) * (static_cast<float>(i) + 0.5F) / kGapPlaces;
+    shared_places += shared.hold(whole, s, 0) ? 1 : 0;
+  }
+  if (shared_places < kMinSharedGapPlaces) return false;
+  MergeOptions close = options;
+  close.max_allowed_px = kMaxAcrossDistancePx;
+  if (!compare(whole, a, PieceEnds::both, close).agrees || !compare(whole, b, PieceEnds::both, close).agrees)
+    return false;
+  return is_gap_filled(cloud, options, whole, a.polarities | b.polarities, from, to,
+                       std::min(density_of(a), density_of(b)));
 }
 
 /// First guess of the joined line: a least squares fit to points of both surfaces, weighted by their events.
@@ -141,8 +171,9 @@ bool join(const MovingLine& a, const MovingLine& b, const Agreement& of_b, const
 
 }  // namespace
 
-std::size_t merge_lines(const EventCloud& cloud, const MergeOptions& options, const LineFitOptions& fit_options,
-                        const LineWorkspace& workspace, Span<MovingLine> lines, std::size_t* count) {
+std::size_t merge_lines(const EventCloud& cloud, const MergeOptions& options, const SharingOptions& sharing,
+                        const LineFitOptions& fit_options, const LineWorkspace& workspace, Span<MovingLine> lines,
+                        std::size_t* count) {
   // A line that was joined to another has no events left.
   std::size_t joined = 0;
   for (std::size_t i = 0; i < *count; ++i) {
@@ -150,12 +181,16 @@ std::size_t merge_lines(const EventCloud& cloud, const MergeOptions& options, co
       MovingLine& a = lines[i];
       MovingLine& b = lines[k];
       if (i == k || a.events == 0 || b.events == 0 || a.length() < b.length()) continue;
-      Agreement of_b;
+      if (std::fabs(a.ux * b.ux + a.uy * b.uy) < options.min_cosine) continue;
+      const Agreement of_b = compare(a, b, PieceEnds::both, options);
+      const bool agree = belong_together(cloud, options, a, b, of_b);
       MovingLine whole;
-      if (!belong_together(cloud, options, a, b, &of_b) || !join(a, b, of_b, fit_options.priors, &whole)) continue;
+      if ((!agree && !may_lie_across(a, b, of_b)) || !join(a, b, of_b, fit_options.priors, &whole)) continue;
       bool may_take[kMaxLines + 1] = {};
       may_take[a.id] = may_take[b.id] = true;
-      const FitClaim claim{a.id, {may_take}, kJoinTolerance};
+      const SharedStretches shared(sharing, lines.first(*count), whole, {may_take});
+      if (!agree && !lie_across(cloud, options, a, b, of_b, whole, shared)) continue;
+      const FitClaim claim{a.id, {may_take}, kJoinTolerance, shared};
       if (fit_line(cloud, fit_options, workspace, claim, &whole) != FitOutcome::accepted) continue;
       a = whole;
       b.events = 0;

@@ -18,11 +18,13 @@ struct MergeOptions {
 };
 
 /// Joins every pair of pieces whose surfaces agree at both their ends, begin and end, when the gap between them is
-/// filled with events (their own, or those of lines that cross there), and the fit of the whole is accepted.
+/// filled with events (their own, or those of lines that cross there), and the fit of the whole is accepted. On both
+/// sides of a stretch that they share with a crossing line it is enough that one line fits both.
 /// @param lines  [*count] joined ones are removed, order otherwise kept
 /// @return how many lines were joined to another
 /// Complexity O(lines^2) pairs, plus a fit for each join.
-std::size_t merge_lines(const EventCloud& cloud, const MergeOptions& options, const LineFitOptions& fit_options,
-                        const LineWorkspace& workspace, Span<MovingLine> lines, std::size_t* count);
+std::size_t merge_lines(const EventCloud& cloud, const MergeOptions& options, const SharingOptions& sharing,
+                        const LineFitOptions& fit_options, const LineWorkspace& workspace, Span<MovingLine> lines,
+                        std::size_t* count);
 
 }  // namespace lecalib

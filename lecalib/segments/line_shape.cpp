@@ -36,12 +36,13 @@ LineShape shape_of(const MovingLine& line) {
 class ShapeFitter {
  public:
   ShapeFitter(const EventCloud& cloud, const LineShapeOptions& options, const LinePriors& priors,
-              const LineWorkspace& workspace, const MovingLine& line)
+              const LineWorkspace& workspace, const MovingLine& line, const SharedStretches& shared)
       : cloud_(cloud),
         options_(options),
         priors_(priors),
         ws_(workspace),
         line_(line),
+        shared_(shared),
         shape_(shape_of(line)),
         cells_(shape_columns(shape_)),
         variance_(line.thickness_px * line.thickness_px) {}
@@ -140,6 +141,7 @@ class ShapeFitter {
                        stride, [&](const LineEvent& event) {
                          const std::uint8_t owner = ws_.owner[event.index];
                          if (owner != 0 && owner != line_.id) return;
+                         if (shared_.hold(line_, event.along_px, event.tau)) return;
                          const float u = position(event.along_px);
                          const float r = event.across_px - shape_at(shape_.terms, u, event.tau);
                          const float weight = 1 - r * r * per_band2;
@@ -177,6 +179,7 @@ class ShapeFitter {
   const LinePriors& priors_;
   const LineWorkspace& ws_;
   const MovingLine& line_;
+  const SharedStretches& shared_;
   LineShape shape_;
   float change_[kNumShapeTerms] = {};  // by the last solution
   ShapeCells cells_;
@@ -210,9 +213,9 @@ void add_shape_priors(const LineShapeOptions& options, const LinePriors& priors,
 }
 
 EventLine shape_line(const EventCloud& cloud, const LineShapeOptions& options, const LinePriors& priors,
-                     const LineWorkspace& workspace, const MovingLine& line, Span<LineSample> samples,
-                     std::size_t* num_samples, LineShape* shape) {
-  ShapeFitter fitter(cloud, options, priors, workspace, line);
+                     const LineWorkspace& workspace, const MovingLine& line, const SharedStretches& shared,
+                     Span<LineSample> samples, std::size_t* num_samples, LineShape* shape) {
+  ShapeFitter fitter(cloud, options, priors, workspace, line, shared);
   fitter.fit();
   if (num_samples != nullptr) *num_samples = fitter.write_samples(samples);
   if (shape != nullptr) *shape = fitter.shape();

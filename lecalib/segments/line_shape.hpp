@@ -17,6 +17,7 @@
 #include "lecalib/segments/line_workspace.hpp"
 #include "lecalib/segments/moving_line.hpp"
 #include "lecalib/segments/shape_equations.hpp"
+#include "lecalib/segments/shared_stretches.hpp"
 
 namespace lecalib {
 
@@ -64,12 +65,13 @@ void add_shape_priors(const LineShapeOptions& options, const LinePriors& priors,
 
 /// Fits the shape to the line's events, its own and free ones.
 /// @param priors   of what a fitted line has too
+/// @param shared   events there are left out
 /// @param samples  room for what stands for the events in a later fit: their means over stretches of the line and of
 ///                 time, each with its sigma; may be empty
 /// @param[out] num_samples  how many were written; may be null when there is no room
 /// @param[out] shape        what was fitted; may be null
 EventLine shape_line(const EventCloud& cloud, const LineShapeOptions& options, const LinePriors& priors,
-                     const LineWorkspace& workspace, const MovingLine& line, Span<LineSample> samples,
-                     std::size_t* num_samples, LineShape* shape = nullptr);
+                     const LineWorkspace& workspace, const MovingLine& line, const SharedStretches& shared,
+                     Span<LineSample> samples, std::size_t* num_samples, LineShape* shape = nullptr);
 
 }  // namespace lecalib

@@ -49,13 +49,14 @@ MovingLine guess_of(const MovingEdge& edge, float from, float to) {
 }
 
 FitOutcome grow_and_fit(const EventCloud& cloud, const Workspace& memory, MovingLine* line, std::uint8_t id = 1) {
-  if (!grow_line(cloud, GrowthOptions{}, LinePriors{}, memory.workspace, {}, line)) return FitOutcome::too_few_events;
-  return fit_line(cloud, LineFitOptions{}, memory.workspace, FitClaim{id, {}, 1}, line);
+  if (!grow_line(cloud, GrowthOptions{}, LinePriors{}, memory.workspace, {}, {}, line))
+    return FitOutcome::too_few_events;
+  return fit_line(cloud, LineFitOptions{}, memory.workspace, FitClaim{id, {}, 1, {}}, line);
 }
 
 EventLine shape(const EventCloud& cloud, const Workspace& memory, const MovingLine& line,
                 const LineShapeOptions& options = {}) {
-  return shape_line(cloud, options, LinePriors{}, memory.workspace, line, {}, nullptr);
+  return shape_line(cloud, options, LinePriors{}, memory.workspace, line, {}, {}, nullptr);
 }
 
 }  // namespace
@@ -292,7 +293,7 @@ TEST_CASE("fit: what is no line is refused, with the reason") {
     const CloudOf events(scene, list);
     Workspace memory(events.cloud);
     MovingLine line = guess_of(guess, 0, 1);
-    const FitOutcome result = fit_line(events.cloud, LineFitOptions{}, memory.workspace, FitClaim{1, {}, 1}, &line);
+    const FitOutcome result = fit_line(events.cloud, LineFitOptions{}, memory.workspace, FitClaim{1, {}, 1, {}}, &line);
     for (const std::uint8_t owner : memory.workspace.owner) CHECK((owner == 0 || result == FitOutcome::accepted));
     return result;
   };
@@ -333,12 +334,12 @@ TEST_CASE("merge: pieces of one line are joined, neighbours and rows with a gap 
     std::vector<MovingLine> lines;
     for (MovingLine line : guesses) {
       const auto id = static_cast<std::uint8_t>(lines.size() + 1);
-      const FitClaim claim{id, {}, 1};
+      const FitClaim claim{id, {}, 1, {}};
       REQUIRE(fit_line(events.cloud, LineFitOptions{}, memory.workspace, claim, &line) == FitOutcome::accepted);
       lines.push_back(line);
     }
     std::size_t count = lines.size();
-    merge_lines(events.cloud, MergeOptions{}, LineFitOptions{}, memory.workspace, lines, &count);
+    merge_lines(events.cloud, MergeOptions{}, SharingOptions{}, LineFitOptions{}, memory.workspace, lines, &count);
     return count;
   };
   const MovingEdge edge{{40, 60, 300, 190}, {44, 55, 304, 185}, 1};
