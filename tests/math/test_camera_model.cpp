@@ -8,25 +8,12 @@
 #include <limits>
 
 #include "lecalib/core/rng.hpp"
+#include "support/distorted_camera.hpp"
 
 namespace lecalib {
 namespace {
 
-Camera make_camera(double k1, double k2, double p1, double p2, double k3) {
-  Camera camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = 410.0;
-  camera.fy = 395.0;
-  camera.cx = 322.0;
-  camera.cy = 238.5;
-  camera.k1 = k1;
-  camera.k2 = k2;
-  camera.p1 = p1;
-  camera.p2 = p2;
-  camera.k3 = k3;
-  return camera;
-}
+using test::make_camera;
 
 double distorted_radius(const Camera& c, double r) {
   const double q = r * r;

@@ -7,23 +7,12 @@
 
 #include "lecalib/core/rng.hpp"
 #include "lecalib/math/so3.hpp"
+#include "support/distorted_camera.hpp"
 
 namespace lecalib {
 namespace {
 
-Camera make_camera(double k1, double k2, double p1, double p2, double k3) {
-  Camera camera;
-  camera.fx = 410.0;
-  camera.fy = 395.0;
-  camera.cx = 322.0;
-  camera.cy = 238.5;
-  camera.k1 = k1;
-  camera.k2 = k2;
-  camera.p1 = p1;
-  camera.p2 = p2;
-  camera.k3 = k3;
-  return camera;
-}
+using test::make_camera;
 
 struct Scene {
   Camera camera;

@@ -31,13 +31,7 @@ RelativePrior turn_between(const SyntheticViews& s, std::uint32_t a, std::uint32
 }
 
 SyntheticViews spatial_views(int count, double noise_px, std::uint64_t seed) {
-  Rng scene_rng(90);
-  Rng noise_rng(seed);
-  SyntheticViews s;
-  s.camera = test::make_camera(400.0, 410.0, 322.0, 236.0, -0.15, 0.05);
-  s.model = test::random_lines(scene_rng, 10, 1.2, 0.9, 0.6);
-  for (int v = 0; v < count; ++v) s.add_view(test::looking_pose(scene_rng, 3.0, 0.5), 3, noise_px, 0.5, noise_rng);
-  return s;
+  return test::spatial_views(90, count, noise_px, 0.5, seed);
 }
 
 /// Windows on a plane: two views each, the second turned by some degrees.
@@ -89,49 +83,24 @@ TEST_CASE("known turns: covariances are those of the full normal equations, also
   CalibrationData data = s.data();
   data.relative = turns;
   REQUIRE(validate(data) == Status::ok);
-  ParameterPolicy policy;
-  policy.free[6] = policy.free[7] = false;
-  policy.prior_mean[2] = 320.0;
-  policy.prior_sd[2] = 2.0;
+  const ParameterPolicy policy = test::mixed_policy();
   for (const double offset_px : {0.0, 0.4}) {
-    std::vector<RefineView> views;
-    for (const Pose& pose : s.poses) {
-      views.push_back({});
-      views.back().pose = pose;
-      views.back().used = true;
-    }
-    std::vector<float> scratch(s.points.size());
-    Refiner refiner;
-    refiner.init(data, policy, {}, s.camera, views, scratch);
-    Status status = Status::in_progress;
-    while (status == Status::in_progress) status = refiner.step();
-    REQUIRE(status == Status::ok);
-
-    test::DenseState at{refiner.camera(), {}};
-    for (const RefineView& view : views) at.poses.push_back(view.pose);
+    test::RefinedProblem p(s, data, policy, offset_px);
+    const test::DenseState at = p.state();
     // At the minimum the gradient of all squares vanishes.
-    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(9 + 6 * views.size()));
+    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(9 + 6 * p.views.size()));
     const auto cost = [&](const Eigen::VectorXd& x) {
       const double prior = (at.camera.cx + x(2) - policy.prior_mean[2]) / policy.prior_sd[2];
       return test::dense_residuals(data, at, x).squaredNorm() + prior * prior;
     };
-    CHECK(cost(zero) == doctest::Approx(refiner.cost()).epsilon(1e-6));
+    CHECK(cost(zero) == doctest::Approx(p.refiner.cost()).epsilon(1e-6));
 
-    std::vector<LineResponse> responses(s.model.size());
-    CovarianceOptions options;
-    options.line_offset_px = offset_px;
-    CalibrationResult result;
-    IntrinsicSpread spread;
-    REQUIRE(compute_covariance(refiner, policy, options, views.size(), responses, &result, &spread) == Status::ok);
-    REQUIRE(result.chi2_per_dof < 1.0);  // so that nothing is widened
     const Eigen::MatrixXd expected = test::dense_covariance(data, at, policy, offset_px);
     for (Eigen::Index i = 0; i < 9; ++i) {
-      if (policy.free[i]) CHECK(result.sigma[i] == doctest::Approx(std::sqrt(expected(i, i))).epsilon(2e-4));
+      if (policy.free[i]) CHECK(p.result.sigma[i] == doctest::Approx(std::sqrt(expected(i, i))).epsilon(2e-4));
     }
-    for (std::size_t v = 0; v < views.size(); ++v) {
-      ViewResult out;
-      out.T_cam_world = views[v].pose;
-      compute_pose_covariance(refiner, options, spread, responses, v, &out);
+    for (std::size_t v = 0; v < p.views.size(); ++v) {
+      const ViewResult out = p.pose_covariance(v);
       for (Eigen::Index i = 0; i < 6; ++i) {
         const double sigma =
             std::sqrt(expected(static_cast<Eigen::Index>(9 + 6 * v) + i, static_cast<Eigen::Index>(9 + 6 * v) + i));

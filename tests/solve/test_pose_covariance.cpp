@@ -17,54 +17,20 @@ namespace {
 using test::SyntheticViews;
 
 SyntheticViews views_in_space(int count, double noise_px, double sigma_px, std::uint64_t seed) {
-  Rng scene_rng(70);
-  Rng noise_rng(seed);
-  SyntheticViews s;
-  s.camera = test::make_camera(400.0, 410.0, 322.0, 236.0, -0.15, 0.05);
-  s.model = test::random_lines(scene_rng, 10, 1.2, 0.9, 0.6);
-  for (int v = 0; v < count; ++v) {
-    s.add_view(test::looking_pose(scene_rng, 3.0, 0.5), 3, noise_px, sigma_px, noise_rng);
-  }
-  return s;
+  return test::spatial_views(70, count, noise_px, sigma_px, seed);
 }
 
 TEST_CASE("pose covariance: it is that of the full normal equations, with priors, held parameters and line offsets") {
   const SyntheticViews s = views_in_space(3, 0.3, 0.5, 71);
-  ParameterPolicy policy;
-  policy.free[6] = policy.free[7] = false;
-  policy.prior_mean[2] = 320.0;
-  policy.prior_sd[2] = 2.0;
+  const ParameterPolicy policy = test::mixed_policy();
   for (const double offset_px : {0.0, 0.4}) {
-    std::vector<RefineView> views;
-    for (const Pose& pose : s.poses) {
-      views.push_back({});
-      views.back().pose = pose;
-      views.back().used = true;
-    }
-    std::vector<float> scratch(s.points.size());
-    Refiner refiner;
-    refiner.init(s.data(), policy, {}, s.camera, views, scratch);
-    Status status = Status::in_progress;
-    while (status == Status::in_progress) status = refiner.step();
-    REQUIRE(status == Status::ok);
-    std::vector<LineResponse> responses(s.model.size());
-    CovarianceOptions options;
-    options.line_offset_px = offset_px;
-    CalibrationResult result;
-    IntrinsicSpread spread;
-    REQUIRE(compute_covariance(refiner, policy, options, views.size(), responses, &result, &spread) == Status::ok);
-    REQUIRE(result.chi2_per_dof < 1.0);  // so that nothing is widened
-
-    test::DenseState at{refiner.camera(), {}};
-    for (const RefineView& view : views) at.poses.push_back(view.pose);
-    const Eigen::MatrixXd expected = test::dense_covariance(s.data(), at, policy, offset_px);
+    test::RefinedProblem p(s, s.data(), policy, offset_px);
+    const Eigen::MatrixXd expected = test::dense_covariance(s.data(), p.state(), policy, offset_px);
     for (Eigen::Index i = 0; i < 9; ++i) {
-      if (policy.free[i]) CHECK(result.sigma[i] == doctest::Approx(std::sqrt(expected(i, i))).epsilon(1e-4));
+      if (policy.free[i]) CHECK(p.result.sigma[i] == doctest::Approx(std::sqrt(expected(i, i))).epsilon(1e-4));
     }
-    for (std::size_t v = 0; v < views.size(); ++v) {
-      ViewResult out;
-      out.T_cam_world = views[v].pose;
-      compute_pose_covariance(refiner, options, spread, responses, v, &out);
+    for (std::size_t v = 0; v < p.views.size(); ++v) {
+      const ViewResult out = p.pose_covariance(v);
       const auto first = static_cast<Eigen::Index>(9 + 6 * v);
       for (Eigen::Index i = 0; i < 6; ++i) {
         for (Eigen::Index j = 0; j < 6; ++j) {
