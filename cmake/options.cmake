@@ -7,6 +7,7 @@ option(LECALIB_BUILD_FUZZ "Build the libFuzzer targets (needs clang and LECALIB_
 option(LECALIB_WITH_LZ4 "Read AEDAT 4 files compressed by LZ4, where the library is there" ON)
 option(LECALIB_WITH_ZSTD "Read AEDAT 4 files compressed by Zstandard, where the library is there" ON)
 option(LECALIB_WITH_ZLIB "Read recordings packed by gzip, where zlib is there" ON)
+option(LECALIB_USB "Build lecalib::usb, live cameras, where host is built and libusb-1.0 is there" ${PROJECT_IS_TOP_LEVEL})
 option(LECALIB_INSTALL "Make the install target install lecalib" ${PROJECT_IS_TOP_LEVEL})
 option(LECALIB_WARNINGS_AS_ERRORS "Treat warnings in lecalib's own targets as errors" OFF)
 option(LECALIB_COVERAGE "Instrument lecalib's own targets for gcov" OFF)
