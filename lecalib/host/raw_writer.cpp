@@ -32,13 +32,6 @@ void put_column(Evt3 type, const Event& event, std::string* bytes) {
   put(type, event.x | (event.polarity != 0 ? 1U << 11U : 0U), bytes);
 }
 
-std::string header(std::uint16_t width, std::uint16_t height) {
-  const std::string w = std::to_string(width);
-  const std::string h = std::to_string(height);
-  return "% camera_integrator_name lecalib\n% evt 3.0\n% format EVT3;height=" + h + ";width=" + w + "\n% geometry " +
-         w + "x" + h + "\n% end\n";
-}
-
 /// How many of the events from `first` on fit into one vector: same time, row and polarity, ascending columns.
 std::size_t vector_length(Span<const Event> events, std::size_t first) {
   const Event& base = events[first];
@@ -54,11 +47,23 @@ std::size_t vector_length(Span<const Event> events, std::size_t first) {
 
 }  // namespace
 
+std::string evt3_header(std::uint16_t width, std::uint16_t height, std::map<std::string, std::string> more) {
+  const std::string w = std::to_string(width);
+  const std::string h = std::to_string(height);
+  more.insert({{"camera_integrator_name", "lecalib"},
+               {"evt", "3.0"},
+               {"format", "EVT3;height=" + h + ";width=" + w},
+               {"geometry", w + "x" + h}});
+  std::string text;
+  for (const auto& [key, value] : more) text += "% " + key + " " + value + "\n";
+  return text + "% end\n";
+}
+
 MaybeError Evt3Encoder::begin(std::string* bytes) const {
   if (width_ == 0 || height_ == 0 || width_ > kMaxEvt3Side || height_ > kMaxEvt3Side) {
     return Error{"EVT3 holds sensors of 1x1 to 2048x2048 pixels"};
   }
-  *bytes += header(width_, height_);
+  *bytes += evt3_header(width_, height_);
   return std::nullopt;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 
 #include "lecalib/core/records.hpp"
@@ -11,6 +12,9 @@ namespace lecalib::host {
 
 /// Largest width and height that EVT3's addresses can express.
 inline constexpr std::uint16_t kMaxEvt3Side = 2048;
+
+/// The text header of a Prophesee RAW file with EVT3 words. @param more further keys and their values
+std::string evt3_header(std::uint16_t width, std::uint16_t height, std::map<std::string, std::string> more = {});
 
 /// Makes a Prophesee RAW file piece by piece: text header and EVT3 words.
 ///

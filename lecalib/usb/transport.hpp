@@ -57,7 +57,6 @@ struct StreamOptions {
 struct StreamStats {
   std::uint64_t bytes = 0;
   std::uint64_t transfers = 0;  ///< that brought something
-  std::uint64_t timeouts = 0;   ///< transfers that ended by their timeout
   std::uint64_t stalls = 0;     ///< halts of the endpoint that were cleared
   std::uint64_t overflows = 0;  ///< transfers that the device overran; what they held is lost
   std::uint64_t failures = 0;   ///< transfers that failed otherwise and were repeated
