@@ -23,26 +23,12 @@ DistortionModel distortion_model(const std::string& name) {
 }
 
 void check_options(const CalibrateOptions& options) {
-  if (options.events.empty() == options.observations.empty()) {
-    fail({"calibrate needs either EVENTS or --observations FILE"});
-  }
   if (options.model.empty() == options.target.empty()) {
-    fail({"calibrate needs either --model FILE or --target SPEC"});
+    fail({"expected either --model FILE or --target SPEC"});
   }
   const auto model = static_cast<std::size_t>(distortion_model(options.distortion));
   if (options.free_k3 && !kHasIntrinsic[model][kNumIntrinsics - 1]) {
     fail({"--free-k3 does not go with --distortion " + options.distortion + ", which has k1 alone"});
-  }
-}
-
-void calibrate(const CalibrateOptions& options, host::CalibrationReport* report) {
-  const host::Model model =
-      take(options.model.empty() ? host::make_target(options.target) : host::read_model(options.model));
-  report->diagnostics.inputs.push_back(options.model.empty() ? options.target : options.model);
-  if (options.observations.empty()) {
-    calibrate_events(options, model, report);
-  } else {
-    calibrate_observations(options, model, report);
   }
 }
 
@@ -59,11 +45,47 @@ void write_results(const std::string& folder, const host::CalibrationReport& rep
 }
 
 void run(const CalibrateOptions& options) {
+  if (options.events.empty() == options.observations.empty()) {
+    fail({"calibrate needs either EVENTS or --observations FILE"});
+  }
+  const auto way = options.observations.empty() ? &calibrate_events : &calibrate_observations;
+  run_calibration(options,
+                  [&](const host::Model& model, host::CalibrationReport* report) { way(options, model, report); });
+}
+
+void add_inputs(CLI::App* command, CalibrateOptions* options) {
+  command
+      ->add_option("EVENTS", options->events,
+                   "Recordings of one camera: RAW, DAT, AEDAT, Event Stream or text (t x y p)")
+      ->type_name("");
+  command
+      ->add_option("--observations", options->observations,
+                   "Instead of EVENTS: points measured on model lines, CSV view,line,u_px,v_px[,sigma_px][,t_us]")
+      ->type_name("FILE");
+  add_sensor_option(command, &options->sensor);
+}
+
+}  // namespace
+
+void CalibrateOptions::apply(MonoSolverOptions* solver) const {
+  solver->policy.model = distortion_model(distortion);
+  solver->policy.free_k3 = free_k3;
+  solver->policy.free_distortion = !hold_distortion;
+  solver->policy.free_centre = !hold_centre;
+  solver->reject_lines = !trust_lines;
+  if (max_focal_sigma > 0) solver->plausibility.max_focal_sigma = max_focal_sigma;
+}
+
+void run_calibration(const CalibrateOptions& options,
+                     const std::function<void(const host::Model&, host::CalibrationReport*)>& calibrate) {
   check_options(options);
   if (!options.out.empty()) check(host::make_folder(options.out));
   host::CalibrationReport report;
   try {
-    calibrate(options, &report);
+    const host::Model model =
+        take(options.model.empty() ? host::make_target(options.target) : host::read_model(options.model));
+    report.diagnostics.inputs.push_back(options.model.empty() ? options.target : options.model);
+    calibrate(model, &report);
   } catch (const Failure& failure) {
     report.status = failure.error.status;
     report.diagnostics.reason = to_string(failure.error);
@@ -80,15 +102,7 @@ void run(const CalibrateOptions& options) {
   }
 }
 
-void add_inputs(CLI::App* command, CalibrateOptions* options) {
-  command
-      ->add_option("EVENTS", options->events,
-                   "Recordings of one camera: RAW, DAT, AEDAT, Event Stream or text (t x y p)")
-      ->type_name("");
-  command
-      ->add_option("--observations", options->observations,
-                   "Instead of EVENTS: points measured on model lines, CSV view,line,u_px,v_px[,sigma_px][,t_us]")
-      ->type_name("FILE");
+void add_model_options(CLI::App* command, CalibrateOptions* options) {
   command->add_option("--model", options->model, "Lines of the object, metres, rows: x1 y1 z1 x2 y2 z2 name")
       ->type_name("FILE");
   command
@@ -97,28 +111,13 @@ void add_inputs(CLI::App* command, CalibrateOptions* options) {
           "Instead of --model, metres: rectangle:WxH, box:WxHxD, checkerboard:CxR:S (inner corners, square) or "
           "file:PATH")
       ->type_name("SPEC");
-  add_sensor_option(command, &options->sensor);
-}
-
-}  // namespace
-
-void CalibrateOptions::apply(MonoSolverOptions* solver) const {
-  solver->policy.model = distortion_model(distortion);
-  solver->policy.free_k3 = free_k3;
-  solver->policy.free_distortion = !hold_distortion;
-  solver->policy.free_centre = !hold_centre;
-  solver->reject_lines = !trust_lines;
-  if (max_focal_sigma > 0) solver->plausibility.max_focal_sigma = max_focal_sigma;
-}
-
-void add_calibrate(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("calibrate", "Find a camera's focal lengths, principal point and distortion");
-  const auto options = std::make_shared<CalibrateOptions>();
-  add_inputs(command, options.get());
   command
       ->add_option("--out", options->out,
                    "Folder to write calibration.json and calibration.yaml (OpenCV) to; made if missing")
       ->type_name("DIR");
+}
+
+void add_solver_options(CLI::App* command, CalibrateOptions* options) {
   command
       ->add_option("--distortion", options->distortion,
                    "brown (OpenCV's), polynomial (distorted to ideal) or division (one coefficient)")
@@ -142,8 +141,6 @@ void add_calibrate(CLI::App& app) {
   command->add_flag("--free-k3", options->free_k3, "Estimate k3 (r^6) too; for wide lenses seen to their rim");
   command->add_flag("--no-distortion", options->hold_distortion, "Hold all distortion coefficients at 0");
   command->add_flag("--centred", options->hold_centre, "Hold the principal point at the image's centre");
-  command->add_flag("--trust-lines", options->trust_lines,
-                    "With --observations: use all lines, also those that do not fit the others");
   command->add_flag("--lines-only", options->lines_only,
                     "With EVENTS: calibrate from fitted lines, not from the events of their edges one by one");
   command
@@ -151,6 +148,16 @@ void add_calibrate(CLI::App& app) {
                    "Refuse a focal length whose sigma is above this share of it (0.3 from points, 0.015 from events)")
       ->type_name("SHARE")
       ->check(CLI::PositiveNumber);
+}
+
+void add_calibrate(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("calibrate", "Find a camera's focal lengths, principal point and distortion");
+  const auto options = std::make_shared<CalibrateOptions>();
+  add_inputs(command, options.get());
+  add_model_options(command, options.get());
+  add_solver_options(command, options.get());
+  command->add_flag("--trust-lines", options->trust_lines,
+                    "With --observations: use all lines, also those that do not fit the others");
   command->callback([options] { run(*options); });
 }
 

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: MIT
-/// The two ways to calibrate, and what they share.
+/// The ways to calibrate, and what they share.
 #pragma once
 
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "lecalib/events/decoder.hpp"
 #include "lecalib/host/calibration_report.hpp"
 #include "lecalib/host/model_file.hpp"
-#include "lecalib/pipeline/mono_solver.hpp"
-#include "lecalib/solve/gyro_prior.hpp"
+#include "lecalib/pipeline/mono_calibrator.hpp"
+#include "progress.hpp"
 
 namespace lecalib::command {
 
@@ -32,6 +36,35 @@ struct CalibrateOptions {
   /// What the options ask of the solver; the rest stays as it is.
   void apply(MonoSolverOptions* solver) const;
 };
+
+/// Options of every way to calibrate: the model and where results go; what is known, free and refused.
+void add_model_options(CLI::App* command, CalibrateOptions* options);
+void add_solver_options(CLI::App* command, CalibrateOptions* options);
+
+/// Reads the model, lets `calibrate` find the camera, and writes and prints the result. Ends by fail() without one.
+void run_calibration(const CalibrateOptions& options,
+                     const std::function<void(const host::Model&, host::CalibrationReport*)>& calibrate);
+
+/// Events of one camera in the order of their times, wherever they come from.
+class EventSource {
+ public:
+  virtual ~EventSource() = default;
+  [[nodiscard]] virtual SensorSize sensor() const = 0;
+  /// The next events, valid until the next call; empty at the end. Ends by fail() where they cannot be read.
+  virtual Span<const Event> read() = 0;
+  /// Says how far it is.
+  virtual void show(const MonoCalibrator& calibrator, Progress* progress) const = 0;
+  [[nodiscard]] virtual DecoderStats stats() const = 0;
+  [[nodiscard]] virtual std::uint64_t decode_cpu_ns() const = 0;
+};
+
+/// Adds what becomes of a report.
+void add_counts(const DecoderStats& more, DecoderStats* total);
+
+/// From the events of all sources, one after the other, each window worked on as soon as it is full. Fills *report also
+/// when it ends by fail().
+void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, const CalibrateOptions& options,
+                    const host::Model& model, host::CalibrationReport* report);
 
 /// From measured points. Fills *report also when it ends by fail().
 void calibrate_observations(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-/// lecalib calibrate EVENTS: from recordings of one camera to the camera.
+/// From the events of one camera, recorded (lecalib calibrate EVENTS) or live, to the camera.
 #include <algorithm>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "calibrate.hpp"
@@ -8,8 +10,6 @@
 #include "lecalib/host/cpu_clock.hpp"
 #include "lecalib/host/gyro_file.hpp"
 #include "lecalib/host/heap_arena.hpp"
-#include "lecalib/pipeline/mono_calibrator.hpp"
-#include "progress.hpp"
 
 namespace lecalib::command {
 namespace {
@@ -25,14 +25,29 @@ constexpr std::uint32_t kMaxWindowEvents = 400000;
 
 double milliseconds(std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; }
 
-std::vector<EventFile> open_all(const CalibrateOptions& options) {
-  std::vector<EventFile> files;
+class FileSource : public EventSource {
+ public:
+  explicit FileSource(EventFile file) : file_(std::move(file)) {}
+  [[nodiscard]] SensorSize sensor() const override { return file_.sensor(); }
+  Span<const Event> read() override { return take(file_.read()); }
+  void show(const MonoCalibrator& /*calibrator*/, Progress* progress) const override {
+    progress->update(file_.fraction_read());
+  }
+  [[nodiscard]] DecoderStats stats() const override { return file_.stats(); }
+  [[nodiscard]] std::uint64_t decode_cpu_ns() const override { return file_.decode_cpu_ns(); }
+
+ private:
+  EventFile file_;
+};
+
+std::vector<std::unique_ptr<EventSource>> open_all(const CalibrateOptions& options) {
+  std::vector<std::unique_ptr<EventSource>> files;
   for (const std::string& path : options.events) {
-    files.push_back(open_events(path, options.sensor));
-    const SensorSize first = files.front().sensor();
-    const SensorSize size = files.back().sensor();
+    files.push_back(std::make_unique<FileSource>(open_events(path, options.sensor)));
+    const SensorSize first = files.front()->sensor();
+    const SensorSize size = files.back()->sensor();
     if (size.width != first.width || size.height != first.height) {
-      fail({"the sensor has " + host::to_string(size) + " px, that of " + files.front().path() + " has " +
+      fail({"the sensor has " + host::to_string(size) + " px, that of " + options.events.front() + " has " +
                 host::to_string(first),
             path});
     }
@@ -52,14 +67,13 @@ bool push_all(Span<const Event> events, MonoCalibrator* calibrator) {
   return status == Status::ok;
 }
 
-void add_counts(const std::vector<EventFile>& files, const MonoStats& stats, host::Diagnostics* diagnostics) {
+void report_counts(const std::vector<std::unique_ptr<EventSource>>& sources, const MonoStats& stats,
+                   host::Diagnostics* diagnostics) {
   DecoderStats decoded;
   std::uint64_t decode_ns = 0;
-  for (const EventFile& file : files) {
-    decoded.events += file.stats().events;
-    decoded.outside += file.stats().outside;
-    decoded.unplaced += file.stats().unplaced;
-    decode_ns += file.decode_cpu_ns();
+  for (const auto& source : sources) {
+    add_counts(source->stats(), &decoded);
+    decode_ns += source->decode_cpu_ns();
   }
   diagnostics->counts = {{"events", decoded.events},
                          {"windows", stats.windows.windows},
@@ -87,20 +101,24 @@ void add_counts(const std::vector<EventFile>& files, const MonoStats& stats, hos
 
 }  // namespace
 
-void calibrate_events(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report) {
+void add_counts(const DecoderStats& more, DecoderStats* total) {
+  total->events += more.events;
+  total->outside += more.outside;
+  total->unplaced += more.unplaced;
+}
+
+void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, const CalibrateOptions& options,
+                    const host::Model& model, host::CalibrationReport* report) {
   if (model.lines.size() > kMaxModelLines) {
     fail({"expected at most " + std::to_string(kMaxModelLines) + " lines to search a recording for, the model has " +
               std::to_string(model.lines.size()),
           options.model.empty() ? options.target : options.model});
   }
-  std::vector<EventFile> files = open_all(options);
-  report->diagnostics.inputs.insert(report->diagnostics.inputs.end(), options.events.begin(), options.events.end());
-
   Capacities capacities;
   capacities.events_per_window = kMaxWindowEvents;
   capacities.model_lines = std::max(capacities.model_lines, static_cast<std::uint32_t>(model.lines.size()));
-  capacities.sensor_width = files.front().sensor().width;
-  capacities.sensor_height = files.front().sensor().height;
+  capacities.sensor_width = sources.front()->sensor().width;
+  capacities.sensor_height = sources.front()->sensor().height;
   MonoOptions mono;
   options.apply(&mono.solver);
   mono.use_edges = !options.lines_only;
@@ -117,11 +135,11 @@ void calibrate_events(const CalibrateOptions& options, const host::Model& model,
   const Status ready = calibrator.init(block.memory(), capacities, mono, model.lines);
   if (is_error(ready)) fail({std::string("cannot start with this model: ") + to_string(ready)});
 
-  for (EventFile& file : files) {
+  for (const auto& source : sources) {
     Progress progress("reading events, finding lines");
-    for (Span<const Event> events = take(file.read()); !events.empty(); events = take(file.read())) {
+    for (Span<const Event> events = source->read(); !events.empty(); events = source->read()) {
       if (!push_all(events, &calibrator)) break;
-      progress.update(file.fraction_read());
+      source->show(calibrator, &progress);
     }
   }
   const std::uint64_t begin_ns = thread_cpu_ns();
@@ -129,11 +147,17 @@ void calibrate_events(const CalibrateOptions& options, const host::Model& model,
   Progress progress("matching and solving");
   while (calibrator.step() == Status::in_progress) progress.update(static_cast<double>(calibrator.progress()));
 
-  add_counts(files, calibrator.stats(), &report->diagnostics);
+  report_counts(sources, calibrator.stats(), &report->diagnostics);
   report->diagnostics.cpu_ms.push_back({"match_and_solve", milliseconds(thread_cpu_ns() - begin_ns)});
   CalibrationResult result;
   result.status = calibrator.result(&result);
   add_result(result, calibrator.views(), {}, model.names, report);
+}
+
+void calibrate_events(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report) {
+  const std::vector<std::unique_ptr<EventSource>> files = open_all(options);
+  report->diagnostics.inputs.insert(report->diagnostics.inputs.end(), options.events.begin(), options.events.end());
+  calibrate_from(files, options, model, report);
 }
 
 }  // namespace lecalib::command

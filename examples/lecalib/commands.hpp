@@ -36,5 +36,9 @@ void add_simulate(CLI::App& app);
 void add_info(CLI::App& app);
 void add_convert(CLI::App& app);
 void add_experiments(CLI::App& app);
+// Where lecalib::usb is built.
+void add_devices(CLI::App& app);
+void add_record(CLI::App& app);
+void add_live(CLI::App& app);
 
 }  // namespace lecalib::command

@@ -39,6 +39,11 @@ int main(int argc, char** argv) {
   add_info(app);
   add_convert(app);
   add_experiments(app);
+#ifdef LECALIB_HAS_USB
+  add_devices(app);
+  add_record(app);
+  add_live(app);
+#endif
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -17,9 +17,12 @@ class Progress {
 
   /// @param fraction of the work that is done, 0 to 1. Cheap: draws ten times a second at most.
   void update(double fraction);
+  /// The same for work whose end nobody knows: a text in place of the bar.
+  void show(const std::string& text);
 
  private:
   using Clock = std::chrono::steady_clock;
+  bool is_due();
   std::string what_;
   bool is_terminal_;
   bool is_drawn_ = false;

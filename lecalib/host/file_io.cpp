@@ -38,6 +38,13 @@ int open_directly(const std::string& path) {
   return ::dup(STDOUT_FILENO);
 }
 
+constexpr char kIsFolder[] = "is a directory, expected the name of a file to write";
+
+bool is_folder(const std::string& path) {
+  struct stat info {};
+  return ::stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode);
+}
+
 /// Files made by mkstemp are private; results are ordinary files.
 bool set_ordinary_mode(int descriptor) {
   const mode_t mask = ::umask(0);
@@ -87,7 +94,8 @@ OutputFile::OutputFile(int descriptor, std::string path, std::string temporary)
 OutputFile::OutputFile(OutputFile&& other) noexcept
     : descriptor_(std::exchange(other.descriptor_, -1)),
       path_(std::move(other.path_)),
-      temporary_(std::exchange(other.temporary_, {})) {}
+      temporary_(std::exchange(other.temporary_, {})),
+      unit_(other.unit_) {}
 
 OutputFile::~OutputFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
@@ -101,9 +109,7 @@ bool is_written_directly(const std::string& path) {
 }
 
 Result<OutputFile> OutputFile::create(const std::string& path) {
-  struct stat info {};
-  const bool exists = ::stat(path.c_str(), &info) == 0;
-  if (exists && S_ISDIR(info.st_mode)) return Error{"is a directory, expected the name of a file to write", path};
+  if (is_folder(path)) return Error{kIsFolder, path};
   const bool is_direct = is_written_directly(path);
   std::string temporary = is_direct ? "" : path + ".XXXXXX";
   const int descriptor = is_direct ? open_directly(path) : ::mkstemp(temporary.data());
@@ -111,13 +117,35 @@ Result<OutputFile> OutputFile::create(const std::string& path) {
   return OutputFile(descriptor, path, std::move(temporary));
 }
 
+Result<OutputFile> OutputFile::create_growing(const std::string& path, std::size_t unit) {
+  if (is_folder(path)) return Error{kIsFolder, path};
+  constexpr int kNew = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
+  const int descriptor = is_written_directly(path) ? open_directly(path) : ::open(path.c_str(), kNew, 0666);
+  if (descriptor < 0) return system_error(path, "write", errno);
+  OutputFile file(descriptor, path, "");
+  file.unit_ = unit;
+  return file;
+}
+
 MaybeError OutputFile::write(std::string_view content) {
   while (!content.empty()) {
     const ssize_t written = ::write(descriptor_, content.data(), content.size());
-    if (written < 0 && errno != EINTR) return system_error(path_, "write", errno);
+    if (written < 0 && errno != EINTR) {
+      const int code = errno;
+      cut_to_units();
+      return system_error(path_, "write", code);
+    }
     if (written > 0) content.remove_prefix(static_cast<std::size_t>(written));
   }
   return std::nullopt;
+}
+
+/// Of a unit whose first part still found room.
+void OutputFile::cut_to_units() {
+  struct stat info {};
+  if (unit_ == 1 || ::fstat(descriptor_, &info) != 0 || !S_ISREG(info.st_mode)) return;
+  const auto odd = info.st_size % static_cast<off_t>(unit_);
+  if (odd != 0 && ::ftruncate(descriptor_, info.st_size - odd) != 0) return;  // a reader will find half a unit
 }
 
 MaybeError OutputFile::commit() {

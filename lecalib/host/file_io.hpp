@@ -37,10 +37,13 @@ Result<std::string> read_text_file(const std::string& path);
 
 /// A file that is written piece by piece and stands under its name once all is there: until commit() the pieces go to a
 /// temporary file beside it, which vanishes with this object. Where is_written_directly() there is
-/// none.
+/// none, nor for a file that grows.
 class OutputFile {
  public:
   static Result<OutputFile> create(const std::string& path);
+  /// One that stands under its name from the begin and grows, so that what was written stays however the program ends.
+  /// @param unit  after a write that failed its size is a multiple of this
+  static Result<OutputFile> create_growing(const std::string& path, std::size_t unit);
   OutputFile(OutputFile&& other) noexcept;
   OutputFile& operator=(OutputFile&&) = delete;
   ~OutputFile();
@@ -52,10 +55,12 @@ class OutputFile {
 
  private:
   OutputFile(int descriptor, std::string path, std::string temporary);
+  void cut_to_units();
 
   int descriptor_;
   std::string path_;
-  std::string temporary_;  ///< empty for devices and pipes
+  std::string temporary_;  ///< empty for devices, pipes and files that grow
+  std::size_t unit_ = 1;
 };
 
 /// Whether OutputFile writes to what the path names without a temporary file: a device, a pipe, and an open file by a

@@ -127,7 +127,7 @@ class FakeEvk4 : public FakeDevice {
     return frame(0x40010102, {0, address});
   }
 
-  DeviceBytes last_answer_ = frame(0x80000000, {});
+  DeviceBytes last_answer_ = frame(0x71, {0});
 };
 
 }  // namespace lecalib::test

@@ -51,18 +51,28 @@ void redirect(int stream, const std::string& path) {
 
 }  // namespace
 
+StartedCommand::StartedCommand(const std::vector<std::string>& arguments, RunAs who, const std::string& output)
+    : pid_(::fork()) {
+  if (pid_ < 0) throw std::runtime_error("fork failed");
+  if (pid_ > 0) return;
+  redirect(STDOUT_FILENO, output.empty() ? folder_ / "out" : output);
+  redirect(STDERR_FILENO, folder_ / "err");
+  become_lecalib(arguments, who);
+}
+
+bool StartedCommand::has_ended() {
+  if (!has_ended_) has_ended_ = ::waitpid(pid_, &status_, WNOHANG) == pid_;
+  return has_ended_;
+}
+
+CommandRun StartedCommand::finish() {
+  if (!has_ended_ && ::waitpid(pid_, &status_, 0) != pid_) throw std::runtime_error("waitpid failed");
+  has_ended_ = true;
+  return {WIFEXITED(status_) ? WEXITSTATUS(status_) : -1, content(folder_ / "out"), content(folder_ / "err")};
+}
+
 CommandRun run_lecalib(const std::vector<std::string>& arguments, RunAs who, const std::string& output) {
-  const TemporaryFolder folder;
-  const pid_t child = ::fork();
-  if (child < 0) throw std::runtime_error("fork failed");
-  if (child == 0) {
-    redirect(STDOUT_FILENO, output.empty() ? folder / "out" : output);
-    redirect(STDERR_FILENO, folder / "err");
-    become_lecalib(arguments, who);
-  }
-  int status = 0;
-  if (::waitpid(child, &status, 0) != child) throw std::runtime_error("waitpid failed");
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(folder / "out"), content(folder / "err")};
+  return StartedCommand(arguments, who, output).finish();
 }
 
 }  // namespace lecalib::test
