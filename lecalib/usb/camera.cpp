@@ -54,6 +54,9 @@ host::Result<std::vector<DeviceInfo>> plugged_in(Bus* bus) {
   if (status != UsbStatus::ok) return host::Error{std::string("cannot list USB devices: ") + to_string(status)};
   const auto is_none = [](const DeviceInfo& device) { return kind_of(device) == nullptr; };
   devices.erase(std::remove_if(devices.begin(), devices.end(), is_none), devices.end());
+  const auto place = [](const DeviceInfo& device) { return std::make_pair(device.bus, device.address); };
+  std::sort(devices.begin(), devices.end(),
+            [&](const DeviceInfo& a, const DeviceInfo& b) { return place(a) < place(b); });
   return devices;
 }
 

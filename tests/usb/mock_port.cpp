@@ -2,6 +2,7 @@
 #include "usb/mock_port.hpp"
 
 #include <sys/ioctl.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -81,6 +82,7 @@ MockPort::MockPort(UMockdevTestbed* bed, std::shared_ptr<FakeDevice> device, Sys
 }
 
 MockPort::~MockPort() {
+  forget_all();
   (void)umockdev_testbed_detach_ioctl(bed_, node().c_str(), nullptr);
   g_object_unref(base_);
 }
@@ -106,6 +108,11 @@ void MockPort::plug_in() {
   check(error);
   (void)umockdev_testbed_attach_ioctl(bed_, node().c_str(), base_, &error);
   check(error);
+  if (!system_.is_private) return;
+  char* const root = umockdev_testbed_get_root_dir(bed_);
+  (void)::chmod((root + node()).c_str(), 0600);
+  (void)::chmod((root + ("/ioctl/" + node())).c_str(), 0666);  // umockdev asks there first
+  g_free(root);
 }
 
 void MockPort::remove() {
@@ -114,9 +121,9 @@ void MockPort::remove() {
 }
 
 void MockPort::replug() {
-  (void)umockdev_testbed_detach_ioctl(bed_, node().c_str(), nullptr);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    forget_all();
     unplugged_ = false;
     ++device_->info.address;
     device_->replug();
@@ -146,10 +153,14 @@ void MockPort::handle(UMockdevIoctlClient* client) {
   const gulong request = umockdev_ioctl_client_get_request(client);
   gulong address = 0;
   std::memcpy(&address, argument->data, sizeof address);
-  int error = unplugged_ ? ENODEV : 0;
+  // Whoever has opened it where it was before asks something that is gone.
+  const bool is_gone = unplugged_ || node() != umockdev_ioctl_client_get_devnode(client);
+  int error = is_gone ? ENODEV : 0;
   switch (request) {
     case USBDEVFS_REAPURB:
-    case USBDEVFS_REAPURBNDELAY: return reap(client, argument);
+    case USBDEVFS_REAPURBNDELAY:
+      if (!is_gone || unplugged_) return reap(client, argument);
+      break;
     case USBDEVFS_DISCARDURB: error = discard(address); break;
     case USBDEVFS_SUBMITURB:
       if (error == 0) error = submit(argument, address);
@@ -271,6 +282,13 @@ void MockPort::finish_all(int status) {
     queue->clear();
   }
   stream_bytes_ = 0;
+}
+
+/// What a program has not fetched from a device that is gone.
+void MockPort::forget_all() {
+  finish_all(-ESHUTDOWN);
+  for (const Urb& urb : done_) g_object_unref(urb.block);
+  done_.clear();
 }
 
 void MockPort::pump() {

@@ -20,6 +20,7 @@ class MockPort {
   /// What the operating system does with the port.
   struct System {
     bool is_busy = false;              ///< another program has claimed the interface
+    bool is_private = false;           ///< its owner alone may open it
     bool has_scatter_gather = true;    ///< without it libusb cuts transfers into pieces of 16 KiB
     std::size_t max_bytes = SIZE_MAX;  ///< of stream transfers at a time
   };
@@ -64,6 +65,7 @@ class MockPort {
   void pump_stream();
   void finish(const Urb& urb, int status, std::size_t size);
   void finish_all(int status);
+  void forget_all();
 
   UMockdevTestbed* bed_;
   UMockdevIoctlBase* base_;

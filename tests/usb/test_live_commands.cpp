@@ -5,14 +5,13 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "lecalib/core/rng.hpp"
+#include "lecalib/host/file_io.hpp"
 #include "lecalib/host/raw_writer.hpp"
 #include "support/fake_evk4.hpp"
 #include "support/temporary_folder.hpp"
@@ -26,8 +25,9 @@ namespace {
 constexpr double kMaxHang_s = 2;
 
 std::string content(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  const auto text = host::read_text_file(path);
+  REQUIRE(text.ok());
+  return text.value();
 }
 
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
@@ -210,7 +210,7 @@ TEST_CASE("lecalib record: unplugged it ends at once, and the file holds what ca
 
 TEST_CASE("lecalib record: plugged in again it goes on in a second file") {
   Recorder recorder;
-  recorder.fake.stream.bytes_per_s = 1e6;
+  recorder.fake.stream.bytes_per_s = 5e6;
   recorder.fake.stream.faults.unplug_at = 600'000;
   recorder.bench.replug_after_ms = 300;
   const CommandRun run = recorder.record({"--seconds", "8", "--reconnect", "5"});
@@ -268,14 +268,16 @@ TEST_CASE("lecalib record: a camera that may not be opened is a message with the
     MESSAGE("skipped: only root can run the program as somebody else");
     return;
   }
-  Recorder recorder;
+  MockPort::System system;
+  system.is_private = true;
+  Recorder recorder(1000, system);
   const CommandRun run = recorder.bench.run({"record", "/dev/null"}, RunAs::nobody);
   if (run.exit_code == kCannotRun) {
     MESSAGE("skipped: nobody may not enter the build folder");
     return;
   }
   CHECK(run.exit_code == 1);
-  CHECK(has(run.err, "70-lecalib.rules"));
+  CHECK_MESSAGE(has(run.err, "70-lecalib.rules"), run.err);
 }
 
 TEST_CASE("lecalib record: old firmware, a refused register and a mute camera are named") {
@@ -306,7 +308,8 @@ TEST_CASE("lecalib record: of two cameras one is chosen by its serial number") {
     return device;
   }());
   other.stream.recording = random_words(1000);
-  CHECK(has(recorder.record().err, "choose a camera with --serial: there are 00050423, 0000beef"));
+  const std::string unclear = recorder.record().err;
+  CHECK_MESSAGE(has(unclear, "choose a camera with --serial: there are 00050423, 0000beef"), unclear);
   CHECK(recorder.record({"--seconds", "1", "--serial", "BEEF"}).exit_code == 1);
   CHECK(recorder.record({"--seconds", "1", "--serial", "0000BEEF"}).exit_code == 0);
   CHECK(body_of(recorder.path()) == text_of(other.stream.recording));
