@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# find_package(lecalib CONFIG) gives lecalib::lecalib and, where it was built, lecalib::host.
+# find_package(lecalib CONFIG) gives lecalib::lecalib and, where they were built, lecalib::host and lecalib::usb.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -7,11 +7,17 @@ set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lecalib)
 
 set(installed_targets lecalib)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/lecalib DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  FILES_MATCHING PATTERN "*.hpp" PATTERN host EXCLUDE)
+  FILES_MATCHING PATTERN "*.hpp" PATTERN host EXCLUDE PATTERN usb EXCLUDE)
 if(TARGET lecalib_host)
   list(APPEND installed_targets lecalib_host)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/lecalib/host DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lecalib
     FILES_MATCHING PATTERN "*.hpp")
+endif()
+if(TARGET lecalib_usb)
+  list(APPEND installed_targets lecalib_usb)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/lecalib/usb DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lecalib
+    FILES_MATCHING PATTERN "*.hpp")
+  install(FILES ${PROJECT_SOURCE_DIR}/lecalib/usb/70-lecalib.rules DESTINATION lib/udev/rules.d)
 endif()
 if(TARGET lecalib_command)
   install(TARGETS lecalib_command)

@@ -3,7 +3,9 @@
 
 # What every build needs, by Debian's names.
 build_packages=(g++ cmake ninja-build libeigen3-dev doctest-dev libcli11-dev nlohmann-json3-dev liblz4-dev
-  libzstd-dev zlib1g-dev)
+  libzstd-dev zlib1g-dev libusb-1.0-0-dev)
+# What plays cameras to the tests.
+camera_packages=(umockdev libumockdev-dev pkg-config)
 fuzz_packages=(clang libclang-rt-14-dev)
 cross_packages=(g++-aarch64-linux-gnu g++-arm-linux-gnueabihf g++-riscv64-linux-gnu gcc-arm-none-eabi
   libstdc++-arm-none-eabi-newlib libnewlib-arm-none-eabi qemu-user qemu-system-arm)

@@ -174,7 +174,7 @@ double CameraStream::elapsed_s() const { return Seconds(Clock::now() - begin_).c
 
 std::string CameraStream::losses() const {
   const usb::StreamStats now = camera_->stream_stats();
-  return count_of(dropped(), "transfers lost: this machine did not keep up") +
+  return count_of(dropped(), "buffers lost: this machine did not keep up") +
          count_of(stats_.overflows + now.overflows, "transfers lost: the camera sent more than it was asked for") +
          count_of(stats_.failures + now.failures, "transfers failed and were repeated") +
          count_of(stats_.stalls + now.stalls, "halts of the camera were cleared") +

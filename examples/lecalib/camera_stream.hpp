@@ -54,7 +54,7 @@ class CameraStream {
   [[nodiscard]] const std::string& fault() const { return fault_; }
   [[nodiscard]] double elapsed_s() const;
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
-  /// Transfers that this machine did not keep up with.
+  /// Buffers that this machine did not keep up with.
   [[nodiscard]] std::uint64_t dropped() const { return dropped_ + buffer_.dropped(); }
   /// What was lost and repeated, as lines for people; empty if nothing was.
   [[nodiscard]] std::string losses() const;

@@ -116,7 +116,7 @@ void run(const Options& options) {
     const usb::CameraInfo& info = source.stream().camera().info();
     report->diagnostics.inputs.push_back(info.name + " " + info.serial);
     calibrate_from(sources, options.calibrate, model, report);
-    report->diagnostics.dropped.push_back({"transfers", source.stream().dropped()});
+    report->diagnostics.dropped.push_back({"buffers", source.stream().dropped()});
     const std::string& fault = source.stream().fault();
     if (!fault.empty()) std::fprintf(stderr, "lecalib: %s: calibrated from what came before\n", fault.c_str());
     std::fputs(source.stream().losses().c_str(), stderr);

@@ -12,8 +12,8 @@
 namespace lecalib::usb {
 
 struct StreamBufferOptions {
-  std::size_t places = 512;                         ///< buffers in the ring, a power of two
-  std::size_t buffer_bytes = std::size_t{1} << 17;  ///< of each; as large as a transfer
+  std::size_t places = 4096;                        ///< buffers in the ring, a power of two; 64 MiB in all
+  std::size_t buffer_bytes = std::size_t{1} << 14;  ///< of each: long transfers take several, short ones waste little
   DropPolicy policy = DropPolicy::newest;           ///< what to drop when the reader does not keep up
   std::size_t word_bytes = 2;                       ///< a transfer's bytes beyond whole words are no data
 };

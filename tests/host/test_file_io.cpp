@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <filesystem>
@@ -62,4 +64,29 @@ TEST_CASE("folders are made with their parents; a file in the way is an error") 
   const auto error = make_folder(folder / "a/f");
   REQUIRE(error);
   CHECK(error->file == folder / "a/f");
+}
+
+TEST_CASE("a file that grows is there from the begin, and after a failed write it ends with a whole unit") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "a.raw";
+  REQUIRE_FALSE(write_file(path, "old"));
+  auto file = OutputFile::create_growing(path, 4);
+  REQUIRE(file.ok());
+  CHECK(fs::file_size(path) == 0);
+  REQUIRE_FALSE(file.value().write("12345678"));
+  CHECK(fs::file_size(path) == 8);
+  // A limit in the middle of a unit stands for a disk that is full there.
+  struct rlimit before {};
+  REQUIRE(::getrlimit(RLIMIT_FSIZE, &before) == 0);
+  const struct rlimit limit { 18, before.rlim_max };
+  const auto handler = ::signal(SIGXFSZ, SIG_IGN);
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &limit) == 0);
+  const auto error = file.value().write("abcdefghijkl");
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &before) == 0);
+  (void)::signal(SIGXFSZ, handler);
+  REQUIRE(error);
+  CHECK(error->message == "cannot write: file too large");
+  CHECK(read_text_file(path).value() == "12345678abcdefgh");
+  CHECK(OutputFile::create_growing(folder.path(), 2).error().message.rfind("is a directory", 0) == 0);
+  CHECK_FALSE(OutputFile::create_growing(folder / "no/a", 2).ok());
 }

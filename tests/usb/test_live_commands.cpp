@@ -326,7 +326,7 @@ TEST_CASE("lecalib record: options that cannot be read are said before the camer
 TEST_CASE("lecalib live: the camera is the same, to the last bit, as from a file of the same bytes") {
   const TemporaryFolder folder;
   const CommandRun made = run_lecalib({"simulate", "--target", "box:0.40x0.30x0.25", "--sensor", "1280x720", "--fov",
-                                       "65", "--duration-s", "0.25", "--noise", "0.2", "--out", folder / "sim"});
+                                       "65", "--duration-s", "0.15", "--noise", "0.2", "--out", folder / "sim"});
   REQUIRE(made.exit_code == 0);
   const std::string body = body_of(folder / "sim/events.raw");
   MockBench bench;
@@ -343,15 +343,19 @@ TEST_CASE("lecalib live: the camera is the same, to the last bit, as from a file
   REQUIRE(live.exit_code == 0);
   auto from_live = nlohmann::json::parse(content(folder / "live/calibration.json"));
   auto from_file = nlohmann::json::parse(content(folder / "file/calibration.json"));
-  CHECK(from_live["cameras"] == from_file["cameras"]);
-  CHECK(from_live["views"] == from_file["views"]);
+  const bool same_camera = from_live["cameras"] == from_file["cameras"];
+  CHECK(same_camera);
+  const bool same_views = from_live["views"] == from_file["views"];
+  CHECK(same_views);
   CHECK(from_live["diagnostics"]["counts"] == from_file["diagnostics"]["counts"]);
-  CHECK(from_live["diagnostics"]["dropped"]["transfers"] == 0);
-  CHECK(content(folder / "live/calibration.yaml") == content(folder / "file/calibration.yaml"));
+  CHECK(from_live["diagnostics"]["dropped"]["buffers"] == 0);
+  const bool same_yaml = content(folder / "live/calibration.yaml") == content(folder / "file/calibration.yaml");
+  CHECK(same_yaml);
 }
 
 TEST_CASE("lecalib live: unplugged or sent garbage it ends with what came before, or says why there is no camera") {
   Recorder recorder;
+  recorder.fake.stream.bytes_per_s = 2e6;
   recorder.fake.stream.faults.unplug_at = 600'000;
   Rng rng(8);
   for (std::uint8_t& byte : recorder.fake.stream.recording) {
@@ -360,8 +364,8 @@ TEST_CASE("lecalib live: unplugged or sent garbage it ends with what came before
   const CommandRun run =
       recorder.bench.run({"live", "--target", "box:0.4x0.3x0.25", "--seconds", "60", "--out", recorder.folder / "out"});
   CHECK(run.exit_code == 1);
-  CHECK(has(run.err, "the camera was unplugged: calibrated from what came before\n"));
-  CHECK(has(run.err, "no camera ("));
+  CHECK_MESSAGE(has(run.err, "the camera was unplugged: calibrated from what came before\n"), run.err);
+  CHECK_MESSAGE(has(run.err, "no camera ("), run.err);
   const auto json = nlohmann::json::parse(content(recorder.folder / "out/calibration.json"));
   CHECK(json["cameras"].empty());
 }
