@@ -136,6 +136,11 @@ bool MockPort::is_unplugged() const {
   return unplugged_;
 }
 
+std::uint64_t MockPort::sent() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return device_->stream.sent();
+}
+
 std::size_t MockPort::pending() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return stream_.size() + answers_.size() + done_.size();

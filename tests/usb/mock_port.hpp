@@ -36,6 +36,8 @@ class MockPort {
   void replug();
   /// Whether the fault script has unplugged it.
   [[nodiscard]] bool is_unplugged() const;
+  /// Bytes of its recording that it has sent.
+  [[nodiscard]] std::uint64_t sent() const;
   /// Takes it out of the list of devices.
   void remove();
   [[nodiscard]] std::string node() const;

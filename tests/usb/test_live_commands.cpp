@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -368,4 +369,18 @@ TEST_CASE("lecalib live: unplugged or sent garbage it ends with what came before
   CHECK_MESSAGE(has(run.err, "no camera ("), run.err);
   const auto json = nlohmann::json::parse(content(recorder.folder / "out/calibration.json"));
   CHECK(json["cameras"].empty());
+}
+
+TEST_CASE("lecalib live: Ctrl-C ends it soon, also while much waits to be worked on") {
+  using Clock = std::chrono::steady_clock;
+  Recorder recorder(2'000'000);
+  Clock::time_point asked;
+  recorder.bench.meanwhile = [&](pid_t pid) {
+    const bool is_time = recorder.bench.port(0).sent() > 3'000'000;
+    if (is_time && asked == Clock::time_point()) asked = ::kill(pid, SIGINT) == 0 ? Clock::now() : asked;
+  };
+  const CommandRun run = recorder.bench.run({"live", "--target", "box:0.4x0.3x0.25", "--out", recorder.folder / "out"});
+  CHECK(std::chrono::duration<double>(Clock::now() - asked).count() < kMaxHang_s);
+  CHECK(run.exit_code == 1);
+  CHECK_MESSAGE(has(run.err, "no camera ("), run.err);
 }

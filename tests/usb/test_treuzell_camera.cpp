@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -27,6 +29,11 @@ struct Bench {
   ScriptedBus bus;
   FakeEvk4& fake = bus.plug_in(std::make_shared<FakeEvk4>());
 
+  /// Bytes that the camera has sent by now.
+  std::uint64_t fake_sent() {
+    const std::lock_guard<std::mutex> lock(*bus.devices[0].mutex);
+    return fake.stream.sent();
+  }
   std::unique_ptr<usb::Camera> open() {
     auto opened = open_camera(&bus, "");
     REQUIRE_MESSAGE(opened.ok(), (opened.ok() ? "" : opened.error().message));
@@ -271,6 +278,27 @@ TEST_CASE("treuzell_camera: answers to requests that were given up are not taken
   settings.biases = {{"diff_off", 5}};
   REQUIRE_FALSE(camera->start(settings, &buffer));
   CHECK(bench.fake.registers.at(0x1018) == 0x11A10049 + 5);
+}
+
+TEST_CASE("treuzell_camera: a reader that is too slow loses buffers, which are counted, and nothing else") {
+  for (const DropPolicy policy : {DropPolicy::newest, DropPolicy::oldest}) {
+    Bench bench;
+    bench.fake.stream.recording = numbered_words(100000);
+    bench.fake.stream.faults.max_transfer = 1000;
+    StreamBuffer buffer;
+    REQUIRE(buffer.init({16, 1000, policy, 2}) == Status::ok);
+    const auto camera = bench.open();
+    REQUIRE_FALSE(camera->start({}, &buffer));
+    while (bench.fake_sent() < bench.fake.stream.recording.size()) std::this_thread::yield();
+    camera->stop();
+    const std::vector<std::uint8_t>& all = bench.fake.stream.recording;
+    const auto kept = std::ptrdiff_t{16 * 1000};
+    const bool oldest = policy == DropPolicy::oldest;
+    const std::vector<std::uint8_t> expected(oldest ? all.end() - kept : all.begin(),
+                                             oldest ? all.end() : all.begin() + kept);
+    CHECK(read_all(&buffer) == expected);
+    CHECK(buffer.dropped() == all.size() / 1000 - 16);
+  }
 }
 
 TEST_CASE("treuzell_camera: unplugged and plugged in again it starts anew") {
