@@ -200,6 +200,7 @@ void MockPort::handle(UMockdevIoctlClient* client) {
 /// @return errno
 int MockPort::submit(UMockdevIoctlData* argument, gulong address) {
   UMockdevIoctlData* const block = umockdev_ioctl_data_resolve(argument, 0, sizeof(usbdevfs_urb), nullptr);
+  if (block == nullptr) return EFAULT;  // the program was killed meanwhile
   const auto& fields = *reinterpret_cast<usbdevfs_urb*>(block->data);
   const auto size = static_cast<std::size_t>(fields.buffer_length);
   const bool is_stream = fields.type == USBDEVFS_URB_TYPE_BULK && fields.endpoint == device_->data_endpoint();
@@ -208,7 +209,11 @@ int MockPort::submit(UMockdevIoctlData* argument, gulong address) {
     return ENOMEM;
   }
   UMockdevIoctlData* const buffer = umockdev_ioctl_data_resolve(block, offsetof(usbdevfs_urb, buffer), size, nullptr);
-  if (buffer != nullptr) g_object_unref(buffer);  // the block keeps it
+  if (buffer == nullptr) {
+    g_object_unref(block);
+    return EFAULT;
+  }
+  g_object_unref(buffer);  // the block keeps it
   const Urb urb{block, buffer, address};
   if (is_stream) {
     stream_bytes_ += size;
@@ -336,6 +341,7 @@ void MockPort::pump_stream() {
 
 void MockPort::reap(UMockdevIoctlClient* client, UMockdevIoctlData* argument) {
   UMockdevIoctlData* const out = umockdev_ioctl_data_resolve(argument, 0, sizeof(void*), nullptr);
+  if (out == nullptr) return umockdev_ioctl_client_complete(client, -1, EFAULT);
   if (try_reap(client, out)) {
     g_object_unref(out);
   } else if (unplugged_) {

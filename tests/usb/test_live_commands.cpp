@@ -374,6 +374,7 @@ TEST_CASE("lecalib live: unplugged or sent garbage it ends with what came before
 TEST_CASE("lecalib live: Ctrl-C ends it soon, also while much waits to be worked on") {
   using Clock = std::chrono::steady_clock;
   Recorder recorder(2'000'000);
+  recorder.fake.stream.bytes_per_s = 20e6;
   Clock::time_point asked;
   recorder.bench.meanwhile = [&](pid_t pid) {
     const bool is_time = recorder.bench.port(0).sent() > 3'000'000;
