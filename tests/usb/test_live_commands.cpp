@@ -12,9 +12,11 @@
 #include <vector>
 
 #include "lecalib/core/rng.hpp"
+#include "lecalib/host/event_file.hpp"
 #include "lecalib/host/file_io.hpp"
 #include "lecalib/host/raw_writer.hpp"
 #include "support/fake_evk4.hpp"
+#include "support/shared_data.hpp"
 #include "support/temporary_folder.hpp"
 #include "usb/mock_bench.hpp"
 
@@ -57,6 +59,27 @@ DeviceBytes random_words(std::size_t events) {
   std::string words;
   REQUIRE_FALSE(encoder.append(all, &words));
   return {words.begin(), words.end()};
+}
+
+/// The shipped recording of a box as the middle of a larger sensor would see it. Writes it as a file.
+/// @return its words
+std::string write_box(const std::string& path) {
+  constexpr int kShiftX = (1280 - 346) / 2;
+  constexpr int kShiftY = (720 - 260) / 2;
+  auto file = host::EventFile::open((source_dir() / "examples/data/events.raw").string(), {});
+  REQUIRE(file.ok());
+  std::vector<Event> all;
+  for (auto events = file.value().read(); events.ok() && !events.value().empty(); events = file.value().read()) {
+    for (Event event : events.value()) {
+      event.x = static_cast<std::uint16_t>(event.x + kShiftX);
+      event.y = static_cast<std::uint16_t>(event.y + kShiftY);
+      all.push_back(event);
+    }
+  }
+  const auto content = host::encode_evt3(all, 1280, 720);
+  REQUIRE(content.ok());
+  REQUIRE_FALSE(host::write_file(path, content.value()));
+  return body_of(path);
 }
 
 /// A bench with one camera that sends random words.
@@ -326,19 +349,16 @@ TEST_CASE("lecalib record: options that cannot be read are said before the camer
 
 TEST_CASE("lecalib live: the camera is the same, to the last bit, as from a file of the same bytes") {
   const TemporaryFolder folder;
-  const CommandRun made = run_lecalib({"simulate", "--target", "box:0.40x0.30x0.25", "--sensor", "1280x720", "--fov",
-                                       "65", "--duration-s", "0.15", "--noise", "0.2", "--out", folder / "sim"});
-  REQUIRE(made.exit_code == 0);
-  const std::string body = body_of(folder / "sim/events.raw");
+  const std::string path = folder / "box.raw";
+  const std::string body = write_box(path);
   MockBench bench;
   FakeEvk4& fake = bench.add(std::make_shared<FakeEvk4>());
   fake.stream.recording.assign(body.begin(), body.end());
   fake.stream.bytes_per_s = 10e6;
   fake.stream.faults.max_transfer = 16'382;
-  const std::string model = folder / "sim/model.txt";
+  const std::string model = (source_dir() / "examples/data/model.txt").string();
   const CommandRun live = bench.run({"live", "--model", model, "--seconds", "2", "--out", folder / "live"});
-  const CommandRun file =
-      run_lecalib({"calibrate", folder / "sim/events.raw", "--model", model, "--out", folder / "file"});
+  const CommandRun file = run_lecalib({"calibrate", path, "--model", model, "--out", folder / "file"});
   CHECK(live.err == "");
   REQUIRE(file.exit_code == 0);
   REQUIRE(live.exit_code == 0);
