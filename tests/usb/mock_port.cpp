@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "support/fake_descriptors.hpp"
+
 namespace lecalib::test {
 namespace {
 
@@ -18,43 +20,6 @@ constexpr std::uint8_t kCommandIn = 0x82;
 constexpr guint kHoldMs = 1;
 constexpr std::size_t kMaxDone = 3;  // transfers that wait to be fetched
 constexpr std::size_t kSetupBytes = 8;
-
-std::uint8_t low(unsigned value) { return static_cast<std::uint8_t>(value); }
-std::uint8_t high(unsigned value) { return static_cast<std::uint8_t>(value >> 8); }
-
-DeviceBytes device_descriptor(const usb::DeviceInfo& info) {
-  return {18,
-          1,
-          0,
-          3,
-          0,
-          0,
-          0,
-          9,
-          low(info.vendor),
-          high(info.vendor),
-          low(info.product),
-          high(info.product),
-          low(info.release),
-          high(info.release),
-          0,
-          2,
-          0,
-          1};
-}
-
-/// One interface of the vendor's own class with bulk endpoints of SuperSpeed.
-DeviceBytes configuration_descriptor(const usb::DeviceInfo& info) {
-  DeviceBytes bytes = {9, 4, 0, 0, low(static_cast<unsigned>(info.bulk_endpoints.size())), 0xFF, 0x19, 0, 0};
-  for (const std::uint8_t endpoint : info.bulk_endpoints) {
-    const DeviceBytes pair = {7, 5, endpoint, 2, 0, 4, 0, 6, 0x30, 15, 0, 0, 0};
-    bytes.insert(bytes.end(), pair.begin(), pair.end());
-  }
-  const auto total = static_cast<unsigned>(9 + bytes.size());
-  const DeviceBytes head = {9, 2, low(total), high(total), 1, 1, 0, 0x80, 100};
-  bytes.insert(bytes.begin(), head.begin(), head.end());
-  return bytes;
-}
 
 std::string three_digits(unsigned number) {
   const std::string digits = std::to_string(number);
@@ -238,26 +203,13 @@ void MockPort::answer_control(const Urb& urb) {
   const std::size_t room = static_cast<std::size_t>(urb.fields().buffer_length) - kSetupBytes;
   const bool is_descriptor = request.type == 0x80 && request.request == 6;
   const auto answer = is_descriptor
-                          ? descriptor(request.value)
+                          ? descriptor(device_->info, request.value)
                           : device_->control(request, DeviceBytes(setup + kSetupBytes, setup + kSetupBytes + room));
   if (!answer) return finish(urb, -EPIPE, 0);
   if ((request.type & usb::kDeviceAnswers) == 0) return finish(urb, 0, room);
   const std::size_t size = std::min(room, answer->size());
   std::copy_n(answer->begin(), size, urb.buffer->data + kSetupBytes);
   finish(urb, 0, size);
-}
-
-/// Strings: 0 the languages, 2 the product.
-std::optional<DeviceBytes> MockPort::descriptor(std::uint16_t value) const {
-  if (value == 0x0300) return DeviceBytes{4, 3, 0x09, 0x04};
-  if (value != 0x0302) return std::nullopt;
-  DeviceBytes bytes = {0, 3};
-  for (const char c : device_->info.product_name) {
-    bytes.push_back(static_cast<std::uint8_t>(c));
-    bytes.push_back(0);
-  }
-  bytes[0] = static_cast<std::uint8_t>(bytes.size());
-  return bytes;
 }
 
 void MockPort::answer_command(const Urb& urb) {

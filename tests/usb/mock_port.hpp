@@ -62,7 +62,6 @@ class MockPort {
   bool try_reap(UMockdevIoctlClient* client, UMockdevIoctlData* argument);
   void answer_control(const Urb& urb);
   void answer_command(const Urb& urb);
-  std::optional<DeviceBytes> descriptor(std::uint16_t value) const;
   void pump();
   void pump_stream();
   void finish(const Urb& urb, int status, std::size_t size);
