@@ -129,7 +129,11 @@ Span<const std::uint8_t> CameraStream::read() {
 
 void CameraStream::skip_waiting() {
   usb::BufferRing::Buffer part;
-  while (buffer_.read(milliseconds(0), &part) == usb::StreamBuffer::Wait::data) ++dropped_;
+  // At most what was there at the begin: a fast camera fills it all the while.
+  for (std::size_t left = usb::StreamBufferOptions().places; left > 0; --left) {
+    if (buffer_.read(milliseconds(0), &part) != usb::StreamBuffer::Wait::data) break;
+    ++dropped_;
+  }
 }
 
 void CameraStream::abandon() {
