@@ -14,6 +14,7 @@ namespace lecalib::fuzz {
 /// What a decoder made of a stream, as far as it can be compared cheaply.
 struct Digest {
   std::uint64_t hash = 1469598103934665603ULL;
+  std::uint64_t side_records = 0;  ///< those without room too
   Status status = Status::ok;
   DecoderStats stats;
   DecodeError error;
@@ -31,6 +32,8 @@ template <class Decoder>
 Digest decode(Decoder decoder, Span<const std::uint8_t> stream, std::uint32_t seed) {
   Digest digest;
   std::vector<Event> out(64);
+  TriggerEvent triggers[4];
+  ImuSample imu_samples[2];
   const auto draw = [&](std::size_t largest) {
     seed = seed * 1664525U + 1013904223U;
     return 1 + (seed >> 8U) % largest;
@@ -44,14 +47,18 @@ Digest decode(Decoder decoder, Span<const std::uint8_t> stream, std::uint32_t se
     std::size_t count = 0;
     do {
       const Span<Event> room = Span<Event>(out).first(whole ? out.size() : draw(14));
-      digest.status = is_over ? decoder.finish(room, &count) : decoder.decode(&piece, room, &count);
+      SideRecords side{FixedVector<TriggerEvent>(triggers), FixedVector<ImuSample>(imu_samples)};
+      digest.status = is_over ? decoder.finish(room, &count, &side) : decoder.decode(&piece, room, &count, &side);
       if (count > room.size()) std::abort();
       for (const Event& event : room.first(count)) digest.add(event);
+      digest.side_records += side.triggers.size() + side.triggers.dropped();
+      digest.side_records += side.imu_samples.size() + side.imu_samples.dropped();
     } while (digest.status == Status::ok && count > 0);
     if (is_error(digest.status)) break;
     if (!piece.empty()) std::abort();
   }
   digest.stats = decoder.stats();
+  if (digest.side_records != digest.stats.triggers + digest.stats.imu_samples) std::abort();
   digest.error = decoder.error();
   return digest;
 }

@@ -17,12 +17,18 @@ namespace {
 constexpr const char* kJsonName = "calibration.json";
 constexpr const char* kYamlName = "calibration.yaml";
 
+/// Cameras send what their inertial sensors read as it is: 0.1 rad/s at rest is common.
+constexpr double kBiasOfRecording = 0.1;
+
 DistortionModel distortion_model(const std::string& name) {
   const char* const* const end = kDistortionModelNames + kNumDistortionModels;
   return static_cast<DistortionModel>(std::find(kDistortionModelNames, end, name) - kDistortionModelNames);
 }
 
 void check_options(const CalibrateOptions& options) {
+  if (options.gyro == kGyroOfRecording && options.events.size() != 1) {
+    fail({"--gyro recording needs one recording as EVENTS"});
+  }
   if (options.model.empty() == options.target.empty()) {
     fail({"expected either --model FILE or --target SPEC"});
   }
@@ -74,6 +80,14 @@ void CalibrateOptions::apply(MonoSolverOptions* solver) const {
   solver->policy.free_centre = !hold_centre;
   solver->reject_lines = !trust_lines;
   if (max_focal_sigma > 0) solver->plausibility.max_focal_sigma = max_focal_sigma;
+}
+
+GyroOptions CalibrateOptions::gyro_options() const {
+  GyroOptions made;
+  made.noise_density = gyro_noise;
+  if (gyro == kGyroOfRecording) made.bias_sigma = kBiasOfRecording;
+  if (gyro_bias) made.bias_sigma = *gyro_bias;
+  return made;
 }
 
 void run_calibration(const CalibrateOptions& options,
@@ -128,15 +142,16 @@ void add_solver_options(CLI::App* command, CalibrateOptions* options) {
   command
       ->add_option("--gyro", options->gyro,
                    "Readings of a gyro fixed to the camera, CSV t_us,wx,wy,wz: rad/s about its axes x right, y down, z "
-                   "forward; with --observations these need a column t_us")
+                   "forward; with --observations these need a column t_us. 'recording': the IMU in EVENTS")
       ->type_name("FILE");
-  command->add_option("--gyro-noise", options->gyro_noise.noise_density, "Its noise density, rad/s/sqrt(Hz)")
+  command->add_option("--gyro-noise", options->gyro_noise, "Its noise density, rad/s/sqrt(Hz)")
       ->type_name("X")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--gyro-bias", options->gyro_noise.bias_sigma, "One sigma of its bias, rad/s")
+  command
+      ->add_option("--gyro-bias", options->gyro_bias,
+                   "One sigma of its bias, rad/s; default: 0.01, for 'recording' 0.1")
       ->type_name("X")
-      ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--free-k3", options->free_k3, "Estimate k3 (r^6) too; for wide lenses seen to their rim");
   command->add_flag("--no-distortion", options->hold_distortion, "Hold all distortion coefficients at 0");

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,9 @@
 #include "progress.hpp"
 
 namespace lecalib::command {
+
+/// Instead of a file: the IMU in the recording.
+inline constexpr const char* kGyroOfRecording = "recording";
 
 struct CalibrateOptions {
   std::vector<std::string> events;
@@ -28,13 +32,16 @@ struct CalibrateOptions {
   bool hold_distortion = false;
   bool hold_centre = false;
   bool trust_lines = false;
-  std::string gyro;            ///< file; empty: none
-  GyroOptions gyro_noise;      ///< what its readings are off
-  bool lines_only = false;     ///< leave the edges' events out, see MonoOptions::use_edges
-  double max_focal_sigma = 0;  ///< share of the focal length; 0: the solver's own
+  std::string gyro;  ///< file, or kGyroOfRecording; empty: none
+  double gyro_noise = GyroOptions{}.noise_density;
+  std::optional<double> gyro_bias;  ///< one sigma, rad/s
+  bool lines_only = false;          ///< leave the edges' events out, see MonoOptions::use_edges
+  double max_focal_sigma = 0;       ///< share of the focal length; 0: the solver's own
 
   /// What the options ask of the solver; the rest stays as it is.
   void apply(MonoSolverOptions* solver) const;
+  /// What the gyro's readings are off.
+  [[nodiscard]] GyroOptions gyro_options() const;
 };
 
 /// Options of every way to calibrate: the model and where results go; what is known, free and refused.

@@ -124,12 +124,14 @@ void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, co
   mono.use_edges = !options.lines_only;
   mono.detector.clock_ns = &thread_cpu_ns;
   std::vector<GyroSample> gyro;
-  if (!options.gyro.empty()) {
+  if (options.gyro == kGyroOfRecording) {
+    gyro = take(host::read_gyro_of_recording(options.events.front(), sensor_size(options.sensor)));
+  } else if (!options.gyro.empty()) {
     gyro = take(host::read_gyro(options.gyro));
     report->diagnostics.inputs.push_back(options.gyro);
   }
   mono.gyro_samples = gyro;
-  mono.gyro = options.gyro_noise;
+  mono.gyro = options.gyro_options();
   const host::HeapArena block(required_bytes(capacities));
   MonoCalibrator calibrator;
   const Status ready = calibrator.init(block.memory(), capacities, mono, model.lines);

@@ -21,7 +21,7 @@ void calibrate_observations(const CalibrateOptions& options, const host::Model& 
   std::vector<RelativePrior> turns;
   if (!options.gyro.empty()) {
     if (!observations.has_times) fail({"--gyro needs the times of the views: a column t_us", options.observations});
-    turns = host::pair_views(options.gyro_noise, take(host::read_gyro(options.gyro)), observations.views);
+    turns = host::pair_views(options.gyro_options(), take(host::read_gyro(options.gyro)), observations.views);
     data.relative = turns;
     report->diagnostics.inputs.push_back(options.gyro);
   }

@@ -54,6 +54,29 @@ struct Summary {
   }
 };
 
+/// From when to when something came.
+struct TimeRange {
+  std::int64_t first_us = 0;
+  std::int64_t last_us = 0;
+  bool is_empty = true;
+
+  void add(std::int64_t t_us) {
+    first_us = is_empty ? t_us : std::min(first_us, t_us);
+    last_us = is_empty ? t_us : std::max(last_us, t_us);
+    is_empty = false;
+  }
+};
+
+/// What came beside events.
+struct Side {
+  TimeRange triggers, imu_samples;
+
+  void add(const EventFile& file) {
+    for (const TriggerEvent& trigger : file.triggers()) triggers.add(trigger.t_us);
+    for (const ImuSample& sample : file.imu_samples()) imu_samples.add(sample.t_us);
+  }
+};
+
 struct Counter {
   const char* name;
   std::uint64_t value;
@@ -76,7 +99,13 @@ const char* sensor_source(const EventFile& file, const Options& options) {
   return options.sensor.empty() ? "the file" : "--sensor";
 }
 
-void print_text(const EventFile& file, const Summary& summary, const Options& options) {
+void print_range(const char* name, const TimeRange& range) {
+  if (range.is_empty) return;
+  std::printf("%-9s %.6f to %.6f s\n", name, static_cast<double>(range.first_us) / kUsPerSecond,
+              static_cast<double>(range.last_us) / kUsPerSecond);
+}
+
+void print_text(const EventFile& file, const Summary& summary, const Side& side, const Options& options) {
   std::printf("file      %s\n", file.path().c_str());
   std::printf("format    %s\n", file.format_name());
   std::printf("sensor    %s px (from %s)\n", host::to_string(file.sensor()).c_str(), sensor_source(file, options));
@@ -86,12 +115,23 @@ void print_text(const EventFile& file, const Summary& summary, const Options& op
   std::printf("rate      %.4g events/s\n", summary.rate());
   std::printf("ON        %.1f %%\n", 100 * summary.on_share());
   std::printf("largest   x %u, y %u\n", summary.max_x, summary.max_y);
+  print_range("triggers", side.triggers);
+  print_range("IMU", side.imu_samples);
   for (const Counter& counter : counters(file.stats())) {
     if (counter.value > 0) std::printf("%-15s %" PRIu64 " (%s)\n", counter.name, counter.value, counter.meaning);
   }
 }
 
-void print_json(const EventFile& file, const Summary& summary, const Options& options) {
+void add_range(const char* name, const TimeRange& range, JsonWriter* json) {
+  if (range.is_empty) return;
+  json->key(name);
+  json->begin_object();
+  json->member("first_us", range.first_us);
+  json->member("last_us", range.last_us);
+  json->end();
+}
+
+void print_json(const EventFile& file, const Summary& summary, const Side& side, const Options& options) {
   JsonWriter json;
   json.begin_object();
   json.member("file", file.path());
@@ -106,6 +146,8 @@ void print_json(const EventFile& file, const Summary& summary, const Options& op
   json.member("on_share", summary.on_share());
   json.member("max_x", summary.max_x);
   json.member("max_y", summary.max_y);
+  add_range("triggers", side.triggers, &json);
+  add_range("imu", side.imu_samples, &json);
   json.key("decoder");
   json.begin_object();
   for (const Counter& counter : counters(file.stats())) json.member(counter.name, counter.value);
@@ -117,14 +159,16 @@ void print_json(const EventFile& file, const Summary& summary, const Options& op
 void run(const Options& options) {
   EventFile file = take(EventFile::open(options.events, sensor_size(options.sensor)));
   Summary summary;
+  Side side;
   Progress progress("reading");
   while (true) {
     const Span<const Event> events = take(file.read());
+    side.add(file);
     if (events.empty()) break;
     for (const Event& event : events) summary.add(event);
     progress.update(file.fraction_read());
   }
-  (options.json ? print_json : print_text)(file, summary, options);
+  (options.json ? print_json : print_text)(file, summary, side, options);
 }
 
 }  // namespace

@@ -18,6 +18,29 @@ struct Event {
   std::uint8_t polarity;  ///< 1 ON (brighter), 0 OFF (darker)
 };
 
+/// What a trigger says of the signal.
+enum class TriggerKind : std::uint8_t {
+  falling,
+  rising,
+  pulse,
+  other,  ///< not told, or not of an external signal: frames, exposures, generators
+};
+
+/// A signal at an input of the camera, or of its own.
+struct TriggerEvent {
+  std::int64_t t_us;
+  std::uint8_t channel;  ///< the input; in AEDAT 4 the number of the signal's source
+  TriggerKind kind;
+};
+
+/// One measurement of the camera's inertial sensor, about and along the camera's axes. NaN: not measured.
+struct ImuSample {
+  std::int64_t t_us;
+  float gyro_rad_s[3];
+  float accel_m_s2[3];  ///< the force that holds the camera: (0, -9.8, 0) for one that stands upright
+  float temperature_c;
+};
+
 /// Events of [begin_us, end_us), in order of time; an event may precede begin_us by the sensor's own disorder.
 struct EventWindow {
   std::int64_t begin_us = 0;

@@ -8,7 +8,7 @@ namespace {
 
 /// What an address says.
 struct Address {
-  enum Kind { event, trigger, imu_begin, other, undefined } kind;
+  enum Kind { event, trigger, imu, other, undefined } kind;
   std::uint32_t column = 0, row = 0, polarity = 0;  ///< column from the right, row from the bottom
 };
 
@@ -18,9 +18,7 @@ constexpr std::uint32_t bits(std::uint32_t word, unsigned first, unsigned count)
 
 constexpr Address read_davis(std::uint32_t address) noexcept {
   if (bits(address, 31, 1) != 0) {
-    // Seven words make an IMU sample, numbered in bits 30 to 28; anything else is a pixel of a frame.
-    const bool is_imu = bits(address, 10, 2) == 3;
-    return {is_imu && bits(address, 28, 3) == 0 ? Address::imu_begin : Address::other};
+    return {bits(address, 10, 2) == 3 ? Address::imu : Address::other};  // other: a pixel of a frame
   }
   if (bits(address, 10, 1) != 0) return {Address::trigger};
   return {Address::event, bits(address, 12, 10), bits(address, 22, 9), bits(address, 11, 1)};
@@ -36,10 +34,11 @@ constexpr Address read_dvs128(std::uint32_t address) noexcept {
 
 inline void Aedat2Format::take(Word word, EventRoom* room, DecoderStats* stats) noexcept {
   const std::uint32_t raw = __builtin_bswap32(static_cast<std::uint32_t>(word));
+  const std::uint32_t time = __builtin_bswap32(static_cast<std::uint32_t>(word >> 32U));
   const Address address = layout_ == Aedat2Layout::davis ? read_davis(raw) : read_dvs128(raw);
   switch (address.kind) {
     case Address::event:
-      take_time(__builtin_bswap32(static_cast<std::uint32_t>(word >> 32U)), &clock_, stats);
+      take_time(time, &clock_, stats);
       if (address.column >= size_.width || address.row >= size_.height) {
         ++stats->outside;
       } else {
@@ -48,11 +47,43 @@ inline void Aedat2Format::take(Word word, EventRoom* room, DecoderStats* stats) 
                          static_cast<std::uint8_t>(address.polarity)};
       }
       break;
-    case Address::trigger: ++stats->triggers; break;
-    case Address::imu_begin: ++stats->imu_samples; break;
+    case Address::trigger: give_trigger({time_beside(time), 0, TriggerKind::other}, room->side, stats); break;
+    case Address::imu: take_imu(raw, time, *room, stats); break;
     case Address::other: ++stats->other_words; break;
     case Address::undefined: ++stats->undefined_words; break;
   }
+}
+
+/// The events' clock does not take part: what lies beside them may come out of their order.
+std::int64_t Aedat2Format::time_beside(std::uint32_t reading) const noexcept {
+  WrappingClock<32> clock = clock_;
+  clock.update(reading);
+  return clock.value();
+}
+
+/// Seven words make an IMU sample, numbered in bits 30 to 28: acceleration x y z, temperature, rotation x y z.
+void Aedat2Format::take_imu(std::uint32_t address, std::uint32_t time, const EventRoom& room,
+                            DecoderStats* stats) noexcept {
+  const std::uint32_t number = bits(address, 28, 3);
+  ++stats->other_words;  // until the sample is whole
+  if (number == 0) {
+    imu_words_ = 0;
+    imu_t_us_ = time_beside(time);
+  }
+  if (number != imu_words_ || number == kImuWords) {
+    imu_words_ = kNoImu;
+    return;
+  }
+  imu_[imu_words_++] = static_cast<std::int16_t>(bits(address, 12, 16));
+  if (imu_words_ < kImuWords) return;
+  imu_words_ = kNoImu;
+  stats->other_words -= kImuWords;
+  ImuReading reading{imu_t_us_, {}, 35 + static_cast<float>(imu_[3]) / 340, {}};
+  for (int i = 0; i < 3; ++i) {
+    reading.accel_g[i] = static_cast<float>(imu_[i]) / 8192;
+    reading.gyro_deg_s[i] = static_cast<float>(imu_[4 + i]) / 65.5F;
+  }
+  give_imu_sample(in_camera_axes(reading), room.side, stats);
 }
 
 template class WordDecoder<Aedat2Format>;

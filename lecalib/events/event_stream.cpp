@@ -3,7 +3,8 @@
 
 namespace lecalib {
 
-Status EventStreamDecoder::decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count) noexcept {
+Status EventStreamDecoder::decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count,
+                                  SideRecords* side) noexcept {
   *count = 0;
   if (out.empty()) return Status::invalid_argument;
   if (is_error(status_)) return status_;
@@ -12,19 +13,19 @@ Status EventStreamDecoder::decode(Span<const std::uint8_t>* input, Span<Event> o
     if (head_status == Status::in_progress) return Status::ok;
     if (is_error(begin_events(head_status))) return status_;
   }
-  return decode_events(input, out, count);
+  return decode_events(input, out, count, side);
 }
 
-Status EventStreamDecoder::finish(Span<Event> out, std::size_t* count) noexcept {
+Status EventStreamDecoder::finish(Span<Event> out, std::size_t* count, SideRecords* side) noexcept {
   *count = 0;
   if (out.empty()) return Status::invalid_argument;
   if (is_error(status_)) return status_;
   if (!has_begun_ && is_error(begin_events(head_.finish()))) return status_;
   Span<const std::uint8_t> nothing;
-  const Status status = decode_events(&nothing, out, count);
+  const Status status = decode_events(&nothing, out, count, side);
   if (is_error(status) || *count == out.size()) return status;
   std::size_t more = 0;
-  run_decoder([&](auto* decoder) { return decoder->finish(out.subspan(*count), &more); });
+  run_decoder([&](auto* decoder) { return decoder->finish(out.subspan(*count), &more, side); });
   *count += more;
   return status_;
 }
@@ -52,14 +53,14 @@ Status EventStreamDecoder::begin_events(Status head_status) noexcept {
 }
 
 /// What the head read too far comes first.
-Status EventStreamDecoder::decode_events(Span<const std::uint8_t>* input, Span<Event> out,
-                                         std::size_t* count) noexcept {
+Status EventStreamDecoder::decode_events(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count,
+                                         SideRecords* side) noexcept {
   Span<const std::uint8_t> unread = head_.unread().subspan(replayed_);
-  run_decoder([&](auto* decoder) { return decoder->decode(&unread, out, count); });
+  run_decoder([&](auto* decoder) { return decoder->decode(&unread, out, count, side); });
   replayed_ = head_.unread().size() - unread.size();
   if (is_error(status_) || !unread.empty() || *count == out.size()) return status_;
   std::size_t more = 0;
-  run_decoder([&](auto* decoder) { return decoder->decode(input, out.subspan(*count), &more); });
+  run_decoder([&](auto* decoder) { return decoder->decode(input, out.subspan(*count), &more, side); });
   *count += more;
   return status_;
 }

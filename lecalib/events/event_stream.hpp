@@ -17,9 +17,10 @@ class EventStreamDecoder {
   explicit EventStreamDecoder(SensorSize size = {}) noexcept : given_size_(size) {}
 
   /// @return ok | invalid_argument (`out` is empty) | unsupported_format (see format_name()) | malformed_input
-  Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count) noexcept;
+  Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count,
+                SideRecords* side = nullptr) noexcept;
   /// @return as decode(); malformed_input also for a stream without a byte and for one that ends within a word
-  Status finish(Span<Event> out, std::size_t* count) noexcept;
+  Status finish(Span<Event> out, std::size_t* count, SideRecords* side = nullptr) noexcept;
 
   /// unknown until the first bytes were seen.
   [[nodiscard]] EventFormat format() const noexcept { return head_.facts().format; }
@@ -42,7 +43,8 @@ class EventStreamDecoder {
   template <class Call>
   void run_decoder(Call&& call) noexcept;
   Status begin_events(Status head_status) noexcept;
-  Status decode_events(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count) noexcept;
+  Status decode_events(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count,
+                       SideRecords* side) noexcept;
 
   SensorSize given_size_;
   StreamHead head_;

@@ -19,7 +19,7 @@ inline void Evt21Format::take(Word word, EventRoom* room, DecoderStats* stats) n
   if (order_ == Evt21Order::legacy) word = word << 32U | word >> 32U;
   const auto upper = static_cast<std::uint32_t>(word >> 32U);
   const std::uint32_t type = upper >> 28U;
-  if (type > evt2::kCdOn) return evt2::take_other_word(upper, &clock_, stats);
+  if (type > evt2::kCdOn) return evt2::take_other_word(upper, &clock_, room->side, stats);
   const evt2::CdWord cd(upper);
   auto bits = static_cast<std::uint32_t>(word);
   if (!clock_.started()) {

@@ -11,7 +11,7 @@ Evt2Format::Evt2Format(SensorSize size) noexcept
 
 inline void Evt2Format::take(Word word, EventRoom* room, DecoderStats* stats) noexcept {
   const std::uint32_t type = word >> 28U;
-  if (type > evt2::kCdOn) return evt2::take_other_word(word, &clock_, stats);
+  if (type > evt2::kCdOn) return evt2::take_other_word(word, &clock_, room->side, stats);
   const evt2::CdWord cd(word);
   if (!clock_.started()) {
     ++stats->unplaced;

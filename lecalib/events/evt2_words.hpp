@@ -2,7 +2,7 @@
 /// What EVT2 and EVT2.1 have in common: the upper half of an EVT2.1 word is an EVT2 word.
 #pragma once
 
-#include "lecalib/events/decoder.hpp"
+#include "lecalib/events/side_records.hpp"
 #include "lecalib/events/wrapping_clock.hpp"
 
 namespace lecalib::evt2 {
@@ -36,11 +36,21 @@ struct CdWord {
   std::uint32_t time_low, x, y;
 };
 
+/// Takes in an edge of an external signal: its time stands where a CD word has it.
+inline void take_trigger(std::uint32_t word, const Clock& clock, SideRecords* side, DecoderStats* stats) noexcept {
+  if (!clock.started()) {
+    ++stats->unplaced;
+    return;
+  }
+  const auto kind = (word & 1U) != 0 ? TriggerKind::rising : TriggerKind::falling;
+  give_trigger({CdWord(word).t_us(clock), static_cast<std::uint8_t>(word >> 8U & 0x1FU), kind}, side, stats);
+}
+
 /// Takes in the words that are no CD.
-inline void take_other_word(std::uint32_t word, Clock* clock, DecoderStats* stats) noexcept {
+inline void take_other_word(std::uint32_t word, Clock* clock, SideRecords* side, DecoderStats* stats) noexcept {
   switch (word >> 28U) {
     case kTimeHigh: take_time(word & 0x0FFFFFFFU, clock, stats); break;
-    case kExtTrigger: ++stats->triggers; break;
+    case kExtTrigger: take_trigger(word, *clock, side, stats); break;
     case kOthers:
     case kContinued: ++stats->other_words; break;
     default: ++stats->undefined_words; break;

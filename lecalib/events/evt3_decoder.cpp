@@ -42,7 +42,7 @@ inline void Evt3Format::take(Word word, EventRoom* room, DecoderStats* stats) no
     case kVect8: take_vector(content & 0xFFU, 8, room, stats); break;
     case kTimeLow: take_time_low(content, stats); break;
     case kTimeHigh: take_time_high(content, stats); break;
-    case kExtTrigger: ++stats->triggers; break;
+    case kExtTrigger: take_trigger(content, *room, stats); break;
     case kContinued4:
     case kOthers:
     case kContinued12: ++stats->other_words; break;
@@ -135,6 +135,15 @@ inline void Evt3Format::take_time_low(std::uint32_t reading, DecoderStats* stats
   const std::int64_t t_us = (clock_.value() << kTimeLowBits) + reading;
   if (t_us < t_us_) ++stats->time_steps_back;
   t_us_ = t_us;
+}
+
+inline void Evt3Format::take_trigger(std::uint32_t content, const EventRoom& room, DecoderStats* stats) const noexcept {
+  if (!clock_.started()) {
+    ++stats->unplaced;
+    return;
+  }
+  const auto kind = (content & 1U) != 0 ? TriggerKind::rising : TriggerKind::falling;
+  give_trigger({t_us_, static_cast<std::uint8_t>(content >> 8U), kind}, room.side, stats);
 }
 
 template class WordDecoder<Evt3Format>;

@@ -26,6 +26,7 @@ class Evt3Format {
   void take_vector(std::uint32_t bits, std::uint32_t length, EventRoom* room, DecoderStats* stats) noexcept;
   void take_time_high(std::uint32_t reading, DecoderStats* stats) noexcept;
   void take_time_low(std::uint32_t reading, DecoderStats* stats) noexcept;
+  void take_trigger(std::uint32_t content, const EventRoom& room, DecoderStats* stats) const noexcept;
   [[nodiscard]] bool is_placed() const noexcept { return clock_.started() && has_row_; }
 
   WrappingClock<12> clock_;

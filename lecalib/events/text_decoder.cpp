@@ -24,7 +24,8 @@ constexpr bool is_control(std::uint8_t byte) noexcept { return byte < ' ' && !is
 
 }  // namespace
 
-Status TextDecoder::decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count) noexcept {
+Status TextDecoder::decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count,
+                           SideRecords*) noexcept {
   *count = 0;
   if (out.empty()) return Status::invalid_argument;
   std::size_t used = 0;
@@ -39,7 +40,7 @@ Status TextDecoder::decode(Span<const std::uint8_t>* input, Span<Event> out, std
   return status_;
 }
 
-Status TextDecoder::finish(Span<Event> out, std::size_t* count) noexcept {
+Status TextDecoder::finish(Span<Event> out, std::size_t* count, SideRecords*) noexcept {
   *count = 0;
   if (out.empty()) return Status::invalid_argument;
   if (is_error(status_) || state_ == State::row_start) return status_;

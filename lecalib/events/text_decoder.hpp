@@ -22,9 +22,10 @@ class TextDecoder {
   explicit TextDecoder(SensorSize size = {}) noexcept : size_(size) {}
 
   /// @return ok | invalid_argument (`out` is empty) | malformed_input (see error(): what was expected, line, byte)
-  Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count) noexcept;
+  Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count,
+                SideRecords* side = nullptr) noexcept;
   /// Gives the event of a last row without line end. @return as decode().
-  Status finish(Span<Event> out, std::size_t* count) noexcept;
+  Status finish(Span<Event> out, std::size_t* count, SideRecords* side = nullptr) noexcept;
 
   [[nodiscard]] const DecoderStats& stats() const noexcept { return stats_; }
   [[nodiscard]] const DecodeError& error() const noexcept { return error_; }

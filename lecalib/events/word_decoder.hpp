@@ -2,14 +2,15 @@
 #pragma once
 
 #include "lecalib/events/bytes.hpp"
-#include "lecalib/events/decoder.hpp"
+#include "lecalib/events/side_records.hpp"
 
 namespace lecalib {
 
-/// Room for events: [next, end).
+/// Room for events: [next, end), and for what comes beside them.
 struct EventRoom {
   Event* next;
   Event* end;
+  SideRecords* side;  ///< null: nobody takes it
 };
 
 /// Base of formats that have neither groups nor events of more than a word.
@@ -44,9 +45,10 @@ class WordDecoder {
   explicit WordDecoder(const Format& format) noexcept : format_(format) {}
 
   /// @return ok | invalid_argument (`out` is empty) | malformed_input (after finish() found a cut word)
-  Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count) noexcept;
+  Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count,
+                SideRecords* side = nullptr) noexcept;
   /// @return ok | invalid_argument (`out` is empty) | malformed_input (the stream ended within a word)
-  Status finish(Span<Event> out, std::size_t* count) noexcept;
+  Status finish(Span<Event> out, std::size_t* count, SideRecords* side = nullptr) noexcept;
 
   [[nodiscard]] const DecoderStats& stats() const noexcept { return stats_; }
   [[nodiscard]] const DecodeError& error() const noexcept { return error_; }

@@ -6,13 +6,14 @@
 namespace lecalib {
 
 template <class Format>
-Status WordDecoder<Format>::decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count) noexcept {
+Status WordDecoder<Format>::decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count,
+                                   SideRecords* side) noexcept {
   *count = 0;
   if (out.empty()) return Status::invalid_argument;
   if (is_error(status_)) return status_;
   Format format = format_;  // copies that the compiler can keep in registers
   DecoderStats stats = stats_;
-  EventRoom room{out.begin(), out.end()};
+  EventRoom room{out.begin(), out.end(), side};
   format.flush(&room);
   if (room.next != room.end) {
     // Inlined or not decides whether format and room live in registers: a factor of two in speed.
@@ -35,11 +36,11 @@ Status WordDecoder<Format>::decode(Span<const std::uint8_t>* input, Span<Event> 
 }
 
 template <class Format>
-Status WordDecoder<Format>::finish(Span<Event> out, std::size_t* count) noexcept {
+Status WordDecoder<Format>::finish(Span<Event> out, std::size_t* count, SideRecords* side) noexcept {
   *count = 0;
   if (out.empty()) return Status::invalid_argument;
   if (is_error(status_)) return status_;
-  EventRoom room{out.begin(), out.end()};
+  EventRoom room{out.begin(), out.end(), side};
   format_.flush(&room);
   *count = static_cast<std::size_t>(room.next - out.begin());
   stats_.events += *count;

@@ -2,8 +2,11 @@
 #include "lecalib/host/aedat4_decoder.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <type_traits>
 
+#include "lecalib/events/side_records.hpp"
 #include "lecalib/host/flatbuffer.hpp"
 
 namespace lecalib::host {
@@ -29,22 +32,77 @@ Integer load(const std::uint8_t* bytes) {
   return static_cast<Integer>(value);
 }
 
+/// Field `index` of a table, of which 0 means that it is not there. @return nothing where it lies beyond the end
+template <class Number>
+std::optional<Number> number_at(const FlatBuffer& buffer, std::size_t table, std::size_t index) {
+  const std::optional<std::size_t> at = buffer.field(table, index);
+  if (!at) return std::nullopt;
+  if (*at == 0) return Number{0};
+  if constexpr (std::is_floating_point_v<Number>) {
+    static_assert(sizeof(Number) == sizeof(std::uint32_t));
+    const std::optional<std::uint32_t> bits = buffer.read<std::uint32_t>(*at);
+    if (!bits) return std::nullopt;
+    Number number = 0;
+    std::memcpy(&number, &*bits, sizeof number);
+    return std::isfinite(number) ? std::optional<Number>(number) : std::nullopt;
+  } else {
+    return buffer.read<Number>(*at);
+  }
+}
+
+/// @param at  where the offset of the sample's table stands
+/// @return false when the table contradicts itself
+bool take_imu_sample(const FlatBuffer& buffer, std::size_t at, SideRecords* side, DecoderStats* stats) {
+  enum : std::size_t { kTime, kTemperature, kAccelerations, kRotations = kAccelerations + 3 };
+  const std::optional<std::size_t> table = buffer.follow(at);
+  if (!table) return false;
+  const auto t_us = number_at<std::int64_t>(buffer, *table, kTime);
+  const auto temperature = number_at<float>(buffer, *table, kTemperature);
+  if (!t_us || !temperature) return false;
+  ImuReading reading{*t_us, {}, *temperature, {}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto acceleration = number_at<float>(buffer, *table, kAccelerations + i);
+    const auto rotation = number_at<float>(buffer, *table, kRotations + i);
+    if (!acceleration || !rotation) return false;
+    reading.accel_g[i] = *acceleration;
+    reading.gyro_deg_s[i] = *rotation;
+  }
+  give_imu_sample(in_camera_axes(reading), side, stats);
+  return true;
+}
+
+/// As take_imu_sample().
+bool take_trigger(const FlatBuffer& buffer, std::size_t at, SideRecords* side, DecoderStats* stats) {
+  constexpr std::uint8_t kRising = 1, kFalling = 2, kPulse = 3;
+  const std::optional<std::size_t> table = buffer.follow(at);
+  if (!table) return false;
+  const auto t_us = number_at<std::int64_t>(buffer, *table, 0);
+  const auto source = number_at<std::uint8_t>(buffer, *table, 1);
+  if (!t_us || !source) return false;
+  const TriggerKind kind = *source == kRising    ? TriggerKind::rising
+                           : *source == kFalling ? TriggerKind::falling
+                           : *source == kPulse   ? TriggerKind::pulse
+                                                 : TriggerKind::other;
+  give_trigger({*t_us, *source, kind}, side, stats);
+  return true;
+}
+
 }  // namespace
 
-Status Aedat4Decoder::decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count) {
+Status Aedat4Decoder::decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count, SideRecords* side) {
   *count = 0;
   if (out.empty()) return Status::invalid_argument;
   if (is_error(status_)) return status_;
   give_events(out, count);
   while (*count < out.size() && !input->empty() && !is_error(status_)) {
-    take(input);
+    take(input, side);
     give_events(out, count);
   }
   stats_.events += *count;
   return status_;
 }
 
-Status Aedat4Decoder::finish(Span<Event> out, std::size_t* count) {
+Status Aedat4Decoder::finish(Span<Event> out, std::size_t* count, SideRecords*) {
   *count = 0;
   if (out.empty()) return Status::invalid_argument;
   if (is_error(status_)) return status_;
@@ -59,7 +117,7 @@ Status Aedat4Decoder::finish(Span<Event> out, std::size_t* count) {
 }
 
 /// Takes bytes of the piece at hand; what lies behind the last packet is passed over.
-void Aedat4Decoder::take(Span<const std::uint8_t>* input) {
+void Aedat4Decoder::take(Span<const std::uint8_t>* input, SideRecords* side) {
   if (part_ == Part::table) {
     *input = {};
     return;
@@ -67,10 +125,10 @@ void Aedat4Decoder::take(Span<const std::uint8_t>* input) {
   const Span<const std::uint8_t> more = input->first(piece_size_ - piece_.size());
   piece_.insert(piece_.end(), more.begin(), more.end());
   *input = input->subspan(more.size());
-  if (piece_.size() == piece_size_) end_piece();
+  if (piece_.size() == piece_size_) end_piece(side);
 }
 
-void Aedat4Decoder::end_piece() {
+void Aedat4Decoder::end_piece(SideRecords* side) {
   switch (part_) {
     case Part::first_line:
       if (std::memcmp(piece_.data(), kFirstLine.data(), kFirstLine.size()) != 0) return fail("AEDAT 4.0");
@@ -81,8 +139,8 @@ void Aedat4Decoder::end_piece() {
       return expect(Part::header, size);
     }
     case Part::header: return begin_packets();
-    case Part::packet_head: return take_packet_head();
-    case Part::packet: return take_packet();
+    case Part::packet_head: return take_packet_head(side);
+    case Part::packet: return take_packet(side);
     case Part::table: return;
   }
 }
@@ -99,16 +157,16 @@ void Aedat4Decoder::begin_packets() {
   expect(Part::packet_head, kPacketHeadBytes);
 }
 
-void Aedat4Decoder::take_packet_head() {
+void Aedat4Decoder::take_packet_head(SideRecords* side) {
   stream_ = load<std::int32_t>(piece_.data());
   const auto size = load<std::uint32_t>(piece_.data() + sizeof(std::int32_t));
   if (size > kMaxPacketBytes) return fail("a packet of up to 256 MiB");
   expect(Part::packet, size);
-  if (size == 0) take_packet();
+  if (size == 0) take_packet(side);
 }
 
 /// Reads the packet in piece_, unless nothing of it is wanted.
-void Aedat4Decoder::take_packet() {
+void Aedat4Decoder::take_packet(SideRecords* side) {
   std::string_view type;
   const auto known = header_.streams.find(stream_);
   if (known != header_.streams.end()) type = known->second.type;
@@ -118,7 +176,7 @@ void Aedat4Decoder::take_packet() {
     ++stats_.other_words;
   } else if (const char* expected = decompress(header_.compression, piece_, kMaxPacketBytes, &content_)) {
     return fail(expected);
-  } else if (!take_content(content_, type)) {
+  } else if (!take_content(content_, type, side)) {
     return fail("a packet as the header describes it");
   }
   expect(Part::packet_head, kPacketHeadBytes);
@@ -126,7 +184,7 @@ void Aedat4Decoder::take_packet() {
 
 /// @param type by the header; empty when it does not say
 /// @return false when the content contradicts itself or the header
-bool Aedat4Decoder::take_content(Span<const std::uint8_t> content, std::string_view type) {
+bool Aedat4Decoder::take_content(Span<const std::uint8_t> content, std::string_view type, SideRecords* side) {
   const FlatBuffer buffer(content);
   const std::optional<std::size_t> root = buffer.follow(kRootAt);
   if (!root) return false;
@@ -145,16 +203,21 @@ bool Aedat4Decoder::take_content(Span<const std::uint8_t> content, std::string_v
   const std::size_t element_bytes = is_events ? kEventBytes : sizeof(std::uint32_t);
   const auto elements = buffer.vector(*field, element_bytes);
   if (!elements) return false;
-  const std::uint64_t count = elements->size() / element_bytes;
-  if (type == "IMUS") stats_.imu_samples += count;
-  if (type == "TRIG") stats_.triggers += count;
-  if (!is_events) return true;
+  const auto first = static_cast<std::size_t>(elements->begin() - content.begin());
+  if (!is_events) {
+    for (std::size_t at = first; at < first + elements->size(); at += element_bytes) {
+      const bool is_whole =
+          type == "IMUS" ? take_imu_sample(buffer, at, side, &stats_) : take_trigger(buffer, at, side, &stats_);
+      if (!is_whole) ++stats_.undefined_words;
+    }
+    return true;
+  }
   if (!events_stream_) events_stream_ = stream_;
   if (*events_stream_ != stream_) {
     ++stats_.other_words;
     return true;
   }
-  next_event_ = static_cast<std::size_t>(elements->begin() - content.begin());
+  next_event_ = first;
   events_end_ = next_event_ + elements->size();
   return true;
 }

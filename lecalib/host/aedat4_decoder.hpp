@@ -16,7 +16,8 @@ namespace lecalib::host {
 /// 256 MiB each at most.
 ///
 /// Events are those of the stream that comes first. DecoderStats::other_words counts packets of frames and of further
-/// event streams. Times are microseconds since 1970.
+/// event streams, undefined_words triggers and IMU samples that contradict themselves. Times are microseconds since
+/// 1970. The IMU's axes are taken as those of a DAVIS.
 class Aedat4Decoder {
  public:
   /// First bytes of every such file.
@@ -26,9 +27,9 @@ class Aedat4Decoder {
   explicit Aedat4Decoder(SensorSize size = {}) : given_size_(size) {}
 
   /// @return ok | invalid_argument (`out` is empty) | malformed_input
-  Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count);
+  Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count, SideRecords* side = nullptr);
   /// @return ok | invalid_argument (`out` is empty) | malformed_input (the file ends within a packet)
-  Status finish(Span<Event> out, std::size_t* count);
+  Status finish(Span<Event> out, std::size_t* count, SideRecords* side = nullptr);
 
   /// What the file states for its first event stream; 0 x 0 when it does not.
   [[nodiscard]] SensorSize stated_size() const { return stated_size_; }
@@ -39,12 +40,12 @@ class Aedat4Decoder {
  private:
   enum class Part : std::uint8_t { first_line, header_size, header, packet_head, packet, table };
 
-  void take(Span<const std::uint8_t>* input);
-  void end_piece();
-  void take_packet_head();
+  void take(Span<const std::uint8_t>* input, SideRecords* side);
+  void end_piece(SideRecords* side);
+  void take_packet_head(SideRecords* side);
   void begin_packets();
-  void take_packet();
-  bool take_content(Span<const std::uint8_t> content, std::string_view type);
+  void take_packet(SideRecords* side);
+  bool take_content(Span<const std::uint8_t> content, std::string_view type, SideRecords* side);
   void give_events(Span<Event> out, std::size_t* count);
   void expect(Part part, std::size_t bytes);
   void fail(const char* expected);

@@ -13,6 +13,8 @@ namespace {
 
 constexpr std::size_t kBytesPerRead = std::size_t{1} << 18U;
 constexpr std::size_t kEventsPerRead = std::size_t{1} << 16U;
+constexpr std::size_t kTriggersPerRead = std::size_t{1} << 16U;
+constexpr std::size_t kImuSamplesPerRead = std::size_t{1} << 14U;
 
 /// More events than this share (1 of kOutsideShare) beside the sensor, and it is the wrong size; fewer are bit errors.
 constexpr std::uint64_t kOutsideShare = 100;
@@ -64,7 +66,15 @@ std::string quoted_line(const std::string& path, std::uint64_t number) {
 }  // namespace
 
 EventFile::EventFile(InputFile input, SensorSize size)
-    : input_(std::move(input)), decoder_(size), sensor_(size), bytes_(kBytesPerRead), events_(kEventsPerRead) {}
+    : input_(std::move(input)),
+      decoder_(size),
+      sensor_(size),
+      bytes_(kBytesPerRead),
+      events_(kEventsPerRead),
+      triggers_(kTriggersPerRead),
+      imu_samples_(kImuSamplesPerRead) {
+  side_ = {FixedVector<TriggerEvent>(triggers_), FixedVector<ImuSample>(imu_samples_)};
+}
 
 Result<EventFile> EventFile::open(const std::string& path, SensorSize given) {
   Result<EventFile> opened = open_with_head(path, given);
@@ -123,8 +133,15 @@ Result<Span<const Event>> EventFile::read() {
   return Span<const Event>(events_.data(), count);
 }
 
+std::uint64_t EventFile::side_dropped() const {
+  return side_dropped_ + side_.triggers.dropped() + side_.imu_samples.dropped();
+}
+
 /// Fills events_ from its begin. @return how many; 0 at the end of the file.
 Result<std::size_t> EventFile::decode() {
+  side_dropped_ = side_dropped();
+  side_.triggers.clear();
+  side_.imu_samples.clear();
   while (true) {
     if (unread_.empty() && !at_end_) {
       if (const MaybeError error = fill()) return *error;
@@ -132,7 +149,8 @@ Result<std::size_t> EventFile::decode() {
     std::size_t count = 0;
     const std::uint64_t begin_ns = thread_cpu_ns();
     const bool finishing = unread_.empty() && at_end_;
-    const Status status = finishing ? decoder_.finish(events_, &count) : decoder_.decode(&unread_, events_, &count);
+    const Status status =
+        finishing ? decoder_.finish(events_, &count, &side_) : decoder_.decode(&unread_, events_, &count, &side_);
     decode_cpu_ns_ += thread_cpu_ns() - begin_ns;
     if (is_error(status)) return decode_error(status);
     if (count > 0 || finishing) return count;

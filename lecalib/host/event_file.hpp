@@ -31,6 +31,13 @@ class EventFile {
   /// the byte: broken or cut content, no events at all, wrong sensor size.
   Result<Span<const Event>> read();
 
+  /// Triggers and IMU samples that came with the events of the last read(), at the file's end with none. Valid until
+  /// the next one. A read() without room for all of them drops the last.
+  [[nodiscard]] Span<const TriggerEvent> triggers() const { return side_.triggers.view(); }
+  [[nodiscard]] Span<const ImuSample> imu_samples() const { return side_.imu_samples.view(); }
+  /// How many were dropped so far.
+  [[nodiscard]] std::uint64_t side_dropped() const;
+
   [[nodiscard]] const std::string& path() const { return input_.path(); }
   [[nodiscard]] SensorSize sensor() const { return sensor_; }
   /// True when sensor() was guessed from the largest coordinates.
@@ -66,6 +73,10 @@ class EventFile {
   Span<const std::uint8_t> packed_;
   std::vector<std::uint8_t> unpacked_;
   std::vector<Event> events_;
+  std::vector<TriggerEvent> triggers_;
+  std::vector<ImuSample> imu_samples_;
+  SideRecords side_;                ///< in the room of these two
+  std::uint64_t side_dropped_ = 0;  ///< before the last read()
   std::size_t num_ahead_ = 0;  ///< events_[0, num_ahead_) were decoded while opening and are given by the next read()
   std::uint64_t bytes_read_ = 0;
   std::uint64_t decode_cpu_ns_ = 0;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "lecalib/host/event_file.hpp"
 #include "lecalib/host/file_io.hpp"
 #include "lecalib/host/text.hpp"
 
@@ -13,22 +14,24 @@ namespace {
 constexpr const char* kHeader = "t_us,wx,wy,wz";
 constexpr std::size_t kColumns = 4;
 
-MaybeError check_header(std::string_view line) {
+/// @param[out] columns  how many there are
+MaybeError check_header(std::string_view line, std::size_t* columns) {
   static constexpr std::string_view kNames[kColumns] = {"t_us", "wx", "wy", "wz"};
   const std::vector<Field> fields = split(line, ',');
-  bool right = fields.size() == kColumns;
+  bool right = fields.size() >= kColumns;
   for (std::size_t i = 0; right && i < kColumns; ++i) right = fields[i].text == kNames[i];
   if (!right) return Error{std::string("expected the header '") + kHeader + "', found " + quoted(line)};
+  *columns = fields.size();
   return std::nullopt;
 }
 
 /// Times below are exact as doubles.
 constexpr double kMaxTime = 9e15;
 
-MaybeError add_row(std::string_view line, std::vector<GyroSample>* samples) {
+MaybeError add_row(std::string_view line, std::size_t columns, std::vector<GyroSample>* samples) {
   const std::vector<Field> fields = split(line, ',');
-  if (fields.size() != kColumns) {
-    return Error{"expected " + std::to_string(kColumns) + " fields, found " + std::to_string(fields.size())};
+  if (fields.size() != columns) {
+    return Error{"expected " + std::to_string(columns) + " fields, found " + std::to_string(fields.size())};
   }
   double values[kColumns];
   for (std::size_t i = 0; i < kColumns; ++i) {
@@ -52,15 +55,14 @@ Result<std::vector<GyroSample>> parse_gyro(std::string_view text, const std::str
   std::vector<GyroSample> samples;
   LineReader reader(text);
   std::string_view raw;
-  bool has_header = false;
+  std::size_t columns = 0;
   while (reader.next(&raw)) {
     const std::string_view line = without_comment(raw);
     if (line.empty()) continue;
-    const MaybeError error = has_header ? add_row(line, &samples) : check_header(line);
+    const MaybeError error = columns > 0 ? add_row(line, columns, &samples) : check_header(line, &columns);
     if (error) return Error{error->message, file_name, reader.number(), error->column};
-    has_header = true;
   }
-  if (!has_header) return Error{std::string("expected the header '") + kHeader + "', found nothing", file_name};
+  if (columns == 0) return Error{std::string("expected the header '") + kHeader + "', found nothing", file_name};
   if (samples.empty()) return Error{"expected rows below the header, found none", file_name, reader.number()};
   return samples;
 }
@@ -69,6 +71,23 @@ Result<std::vector<GyroSample>> read_gyro(const std::string& path) {
   const Result<std::string> text = read_text_file(path);
   if (!text.ok()) return text.error();
   return parse_gyro(text.value(), path);
+}
+
+Result<std::vector<GyroSample>> read_gyro_of_recording(const std::string& path, SensorSize sensor) {
+  Result<EventFile> file = EventFile::open(path, sensor);
+  if (!file.ok()) return file.error();
+  std::vector<GyroSample> samples;
+  for (bool is_over = false; !is_over;) {
+    const Result<Span<const Event>> events = file.value().read();
+    if (!events.ok()) return events.error();
+    is_over = events.value().empty();
+    for (const ImuSample& sample : file.value().imu_samples()) {
+      if (!samples.empty() && sample.t_us <= samples.back().t_us) continue;
+      samples.push_back({sample.t_us, {sample.gyro_rad_s[0], sample.gyro_rad_s[1], sample.gyro_rad_s[2]}});
+    }
+  }
+  if (samples.empty()) return Error{"holds no IMU samples", path};
+  return samples;
 }
 
 std::vector<RelativePrior> pair_views(const GyroOptions& options, Span<const GyroSample> samples,

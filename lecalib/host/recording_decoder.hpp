@@ -15,8 +15,8 @@ class RecordingDecoder {
   /// @param size as for EventStreamDecoder
   explicit RecordingDecoder(SensorSize size = {}) : given_size_(size), stream_(size) {}
 
-  Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count);
-  Status finish(Span<Event> out, std::size_t* count);
+  Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count, SideRecords* side = nullptr);
+  Status finish(Span<Event> out, std::size_t* count, SideRecords* side = nullptr);
 
   /// "EVT3", "AEDAT 4" ..., also of formats that are recognised but not read; "unknown" else.
   [[nodiscard]] const char* format_name() const { return stream_.format_name(); }

@@ -36,12 +36,59 @@ TEST_CASE("AEDAT 2: frames, IMU samples and triggers are told from events and co
   const Decoded decoded = decode_whole(Aedat2Decoder(kDavis240), bytes);
   CHECK(decoded.events == std::vector<Event>{{5, 1, 2, 1}});
   CHECK(decoded.stats.imu_samples == 1);
-  CHECK(decoded.stats.other_words == 6 + 2);
-  CHECK(decoded.stats.triggers == 1);
+  CHECK(decoded.stats.other_words == 2);
+  CHECK(decoded.triggers == std::vector<TriggerEvent>{{4, 0, TriggerKind::other}});
 
   const Decoded small = decode_whole(dvs128(), aedat2_record(0x8000, 1) + aedat2_record(0x10000, 2));
   CHECK(small.stats.triggers == 1);
   CHECK(small.stats.undefined_words == 1);
+}
+
+TEST_CASE("AEDAT 2: seven words make an IMU sample in the camera's axes") {
+  // One g down the sensor's y axis, 0.5 g to its x; 36 degrees; 1, 2 and -3 deg/s.
+  const Bytes bytes = aedat2_imu(77, {4096, -8192, 0, 340, 65 + 1, 131, -197}) + encode_davis({{5, 1, 2, 1}}, 240, 180);
+  const Decoded decoded = decode_whole(Aedat2Decoder(kDavis240), bytes);
+  REQUIRE(decoded.imu_samples.size() == 1);
+  const ImuSample& sample = decoded.imu_samples[0];
+  CHECK(sample.t_us == 77);
+  CHECK(sample.accel_m_s2[0] == doctest::Approx(-0.5 * 9.80665));
+  CHECK(sample.accel_m_s2[1] == doctest::Approx(-9.80665));
+  CHECK(sample.accel_m_s2[2] == 0);
+  CHECK(sample.temperature_c == doctest::Approx(36));
+  constexpr double kDegree = 3.14159265358979 / 180;
+  CHECK(sample.gyro_rad_s[0] == doctest::Approx(-66 / 65.5 * kDegree));
+  CHECK(sample.gyro_rad_s[1] == doctest::Approx(2 * kDegree));
+  CHECK(sample.gyro_rad_s[2] == doctest::Approx(197 / 65.5 * kDegree));
+  check_every_split(Aedat2Decoder(kDavis240), bytes);
+}
+
+TEST_CASE("AEDAT 2: words that make no whole IMU sample are counted as others") {
+  const Bytes whole = aedat2_imu(1, {1, 2, 3, 4, 5, 6, 7});
+  const Bytes begin(whole.begin(), whole.begin() + 3 * 8);
+  const Bytes end(whole.begin() + 3 * 8, whole.end());
+  const auto decode = [](const Bytes& bytes) { return decode_whole(Aedat2Decoder(kDavis240), bytes); };
+  for (const Bytes& broken : {end, begin + whole, whole + end, begin + begin + end, whole + begin}) {
+    const std::size_t words = broken.size() / 8;
+    const Decoded decoded = decode(broken);
+    CHECK(decoded.imu_samples.size() == words / 7);
+    CHECK(decoded.stats.imu_samples == words / 7);
+    CHECK(decoded.stats.other_words == words % 7);
+  }
+  CHECK(decode(begin + begin).stats.other_words == 6);
+  CHECK(decode(aedat2_imu(1, {1, 2, 3, 4, 5, 6, 7, 8})).stats.other_words == 1);
+}
+
+TEST_CASE("AEDAT 2: an IMU sample out of the events' order leaves their clock alone") {
+  const std::int64_t range = std::int64_t{1} << 32;
+  const std::vector<Event> events = {{range - 2, 1, 1, 1}, {range + 1, 1, 1, 1}};
+  const Bytes bytes = encode_davis({events[0]}, 240, 180) + aedat2_imu(range + 5, {0, 0, 0, 0, 0, 0, 0}) +
+                      encode_davis({events[1]}, 240, 180) + aedat2_imu(range - 7, {0, 0, 0, 0, 0, 0, 0});
+  const Decoded decoded = decode_whole(Aedat2Decoder(kDavis240), bytes);
+  CHECK(decoded.events == events);
+  REQUIRE(decoded.imu_samples.size() == 2);
+  CHECK(decoded.imu_samples[0].t_us == range + 5);
+  CHECK(decoded.imu_samples[1].t_us == range - 7);
+  CHECK(decoded.stats.time_steps_back == 0);
 }
 
 TEST_CASE("AEDAT 2: addresses beside the sensor are counted, all of them when its size is unknown") {

@@ -52,6 +52,13 @@ TEST_CASE("EVT2.1: what is not given out is counted") {
   CHECK(decoded.stats.time_steps_back == 1);
 }
 
+TEST_CASE("EVT2.1: triggers come beside events with time, channel and edge") {
+  const Bytes bytes = evt21_bytes({{kHigh, 3, 0}, {kTrigger, (5U << 22U) + (17U << 8U) + 1, 0xFFFFFFFF}});
+  const Decoded decoded = decode_whole(Evt21Decoder(), bytes);
+  CHECK(decoded.triggers == std::vector<TriggerEvent>{{3 * 64 + 5, 17, TriggerKind::rising}});
+  check_every_split(Evt21Decoder(), bytes);
+}
+
 TEST_CASE("EVT2.1: without a size x and y reach 2047, and no vector leads beyond") {
   const Decoded decoded =
       decode_whole(Evt21Decoder(), evt21_bytes({{kHigh, 0, 0}, {kOn, cd(0, 2047, 2047), 0xFFFFFFFF}}));

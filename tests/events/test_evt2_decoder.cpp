@@ -57,6 +57,18 @@ TEST_CASE("EVT2: other words and events beside the sensor are counted") {
   CHECK(decoded.stats.outside == 2);
 }
 
+TEST_CASE("EVT2: triggers come beside events with time, channel and edge, and wait for the first time") {
+  constexpr unsigned kEdge = 5U << 22U | 17U << 8U;
+  const Bytes bytes =
+      evt2_bytes({{kTrigger, kEdge}, {kHigh, 3}, {kTrigger, kEdge + 1}, {kOn, cd(6, 1, 2)}, {kTrigger, kEdge}});
+  const Decoded decoded = decode_whole(Evt2Decoder(kSize), bytes);
+  const std::vector<TriggerEvent> expected = {{3 * 64 + 5, 17, TriggerKind::rising},
+                                              {3 * 64 + 5, 17, TriggerKind::falling}};
+  CHECK(decoded.triggers == expected);
+  CHECK(decoded.stats.unplaced == 1);
+  check_every_split(Evt2Decoder(kSize), bytes);
+}
+
 TEST_CASE("EVT2: a cut last word is told with its place") {
   Bytes bytes = evt2_bytes({{kHigh, 0}, {kOn, cd(1, 2, 3)}});
   for (const std::size_t size : {5U, 6U, 7U}) {

@@ -108,6 +108,36 @@ TEST_CASE("EVT3: words without events are skipped and counted") {
   CHECK(decoded.stats.undefined_words == 5);
 }
 
+TEST_CASE("EVT3: triggers come beside events with time, channel and edge, and wait for the first time") {
+  const Bytes bytes =
+      evt3_bytes({{kTrigger, 0x301}, {kHigh, 2}, {kTrigger, 0x301}, {kLow, 9}, {kRow, 5}, {kX, 1}, {kTrigger, 0xF00}});
+  const Decoded decoded = decode_whole(Evt3Decoder(kSize), bytes);
+  const std::vector<TriggerEvent> expected = {{2 * 4096, 3, TriggerKind::rising},
+                                              {2 * 4096 + 9, 15, TriggerKind::falling}};
+  CHECK(decoded.triggers == expected);
+  CHECK(decoded.stats.triggers == 2);
+  CHECK(decoded.stats.unplaced == 1);
+  CHECK(decoded.events.size() == 1);
+  check_every_split(Evt3Decoder(kSize), bytes);
+}
+
+TEST_CASE("EVT3: triggers without room are counted, and need no taker") {
+  const Bytes bytes = evt3_bytes({{kHigh, 0}, {kTrigger, 1}, {kTrigger, 0}, {kTrigger, 1}});
+  Event out[1];
+  TriggerEvent room[2];
+  SideRecords side{FixedVector<TriggerEvent>(room), {}};
+  std::size_t count = 0;
+  Evt3Decoder decoder;
+  Span<const std::uint8_t> input(bytes);
+  CHECK(decoder.decode(&input, out, &count, &side) == Status::ok);
+  CHECK(side.triggers.size() == 2);
+  CHECK(side.triggers.dropped() == 1);
+  CHECK(decoder.stats().triggers == 3);
+  input = bytes;
+  CHECK(decoder.decode(&input, out, &count) == Status::ok);
+  CHECK(decoder.stats().triggers == 6);
+}
+
 TEST_CASE("EVT3: events beside the sensor are dropped and counted") {
   const Bytes bytes = evt3_bytes({{kHigh, 0},
                                   {kRow, 479},

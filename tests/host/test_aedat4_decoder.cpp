@@ -3,6 +3,9 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <limits>
+
 #include "lecalib/host/recording_decoder.hpp"
 #include "support/aedat4_encoder.hpp"
 #include "support/decode_pieces.hpp"
@@ -39,6 +42,45 @@ TEST_CASE("AEDAT 4: events come from packets of the first event stream, the othe
   CHECK(decoded.stats.outside == 1);
   CHECK(decoded.stats.time_steps_back == 1);
   check_every_split(RecordingDecoder(), bytes);
+}
+
+TEST_CASE("AEDAT 4: IMU samples come beside events in SI units and the camera's axes, triggers with their kind") {
+  const Bytes bytes = aedat4_header(0, kXml) +
+                      aedat4_packet(2, aedat4_imu({{5, {27.5F, 0.5F, -1, 0.25F, 90, 45, -180}}, {1005, {}}})) +
+                      aedat4_packet(0, aedat4_events(kEvents)) + aedat4_packet(3, aedat4_triggers(9, {1, 2, 3, 7}));
+  const Decoded decoded = decode_whole(RecordingDecoder(), bytes);
+  REQUIRE(decoded.imu_samples.size() == 2);
+  const ImuSample& sample = decoded.imu_samples[0];
+  CHECK(sample.t_us == 5);
+  CHECK(decoded.imu_samples[1].t_us == 1005);
+  CHECK(sample.temperature_c == 27.5F);
+  CHECK(sample.accel_m_s2[0] == doctest::Approx(-0.5 * 9.80665));
+  CHECK(sample.accel_m_s2[1] == doctest::Approx(-9.80665));
+  CHECK(sample.accel_m_s2[2] == doctest::Approx(-0.25 * 9.80665));
+  constexpr double kPi = 3.14159265358979;
+  CHECK(sample.gyro_rad_s[0] == doctest::Approx(-kPi / 2));
+  CHECK(sample.gyro_rad_s[1] == doctest::Approx(kPi / 4));
+  CHECK(sample.gyro_rad_s[2] == doctest::Approx(kPi));
+  const std::vector<TriggerEvent> triggers = {{9, 1, TriggerKind::rising},
+                                              {9, 2, TriggerKind::falling},
+                                              {9, 3, TriggerKind::pulse},
+                                              {9, 7, TriggerKind::other}};
+  CHECK(decoded.triggers == triggers);
+  check_every_split(RecordingDecoder(), bytes);
+}
+
+TEST_CASE("AEDAT 4: IMU samples and triggers that contradict themselves are counted and cost no events") {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  const Bytes nan = aedat4_imu({{5, {kNan, 0, 0, 0, 0, 0, 0}}, {6, {0, 0, 0, 0, 0, 0, kNan}}, {7, {}}});
+  const Bytes far = aedat4_content("TRIG", 2, little_endian(1000, 4) + little_endian(4, 4));
+  const Bytes bytes =
+      aedat4_header(0, kXml) + aedat4_packet(2, nan) + aedat4_packet(3, far) + aedat4_packet(0, aedat4_events(kEvents));
+  const Decoded decoded = decode_whole(RecordingDecoder(), bytes);
+  CHECK(decoded.status == Status::ok);
+  CHECK(decoded.events == kEvents);
+  CHECK(decoded.stats.imu_samples == 1);
+  CHECK(decoded.stats.triggers == 0);
+  CHECK(decoded.stats.undefined_words == 4);
 }
 
 TEST_CASE("AEDAT 4: the header states the size, and what it does not state the packets do") {
@@ -161,7 +203,18 @@ TEST_CASE("AEDAT 4: a real recording of a DAVIS346") {
   CHECK(decoded.events.size() == 117'667);  // the README beside it
   CHECK(decoded.stats.outside == 0);
   CHECK(decoded.stats.time_steps_back == 0);
-  CHECK(decoded.stats.imu_samples > 0);
+  REQUIRE(decoded.imu_samples.size() == 130);
+  for (std::size_t i = 0; i < decoded.imu_samples.size(); ++i) {
+    const ImuSample& sample = decoded.imu_samples[i];
+    const float* a = sample.accel_m_s2;
+    // The camera stands upright and nearly still: what holds it points up, which is -y.
+    REQUIRE(std::abs(std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) - 9.8F) < 0.3F);
+    REQUIRE(a[1] < -9.5F);
+    for (const float rate : sample.gyro_rad_s) REQUIRE(std::abs(rate) < 0.2F);
+    REQUIRE(std::abs(sample.temperature_c - 28) < 2);
+    if (i > 0) REQUIRE((sample.t_us - decoded.imu_samples[i - 1].t_us + 1) / 1000 == 1);
+  }
+  CHECK(decoded.triggers.size() == 15);
   const std::int64_t duration_us = decoded.events.back().t_us - decoded.events.front().t_us;
   CHECK((duration_us + 5'000) / 10'000 == 13);
 }

@@ -10,10 +10,12 @@
 #include <vector>
 
 #include "lecalib/core/rng.hpp"
+#include "lecalib/host/event_file.hpp"
 #include "lecalib/host/file_io.hpp"
 #include "lecalib/host/model_file.hpp"
 #include "lecalib/host/text.hpp"
 #include "lecalib/math/so3.hpp"
+#include "support/aedat4_encoder.hpp"
 #include "support/run_command.hpp"
 #include "support/shared_data.hpp"
 #include "support/temporary_folder.hpp"
@@ -320,4 +322,48 @@ TEST_CASE("lecalib calibrate: contradicting options are one line") {
     CHECK(run.err.rfind("lecalib: ", 0) == 0);
     CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
   }
+}
+
+TEST_CASE("lecalib calibrate: the IMU in a recording is as good as a file of its readings") {
+  const auto data = shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const TemporaryFolder folder;
+  const std::string recording = (*data / "sim" / "02_box_davis346_sweep").string();
+  auto file = EventFile::open(recording + "/events.raw", {});
+  REQUIRE(file.ok());
+  Bytes bytes = aedat4_header(0, aedat4_xml(346, 260));
+  std::int64_t next_us = 0;
+  while (true) {
+    const auto events = file.value().read();
+    REQUIRE(events.ok());
+    if (events.value().empty()) break;
+    // A gyro that does not turn: a wrong reading shows more than a right one.
+    std::vector<Aedat4Imu> samples;
+    for (; next_us <= events.value()[events.value().size() - 1].t_us + 2000; next_us += 1000) {
+      samples.push_back({next_us, {25, 0, -1, 0, 1, 2, 3}});
+    }
+    bytes = std::move(bytes) + aedat4_packet(2, aedat4_imu(samples)) +
+            aedat4_packet(0, aedat4_events({events.value().begin(), events.value().end()}));
+  }
+  REQUIRE_FALSE(write_file(folder / "r.aedat4", std::string(bytes.begin(), bytes.end())));
+  REQUIRE(run_lecalib({"convert", folder / "r.aedat4", folder / "e.csv", "--imu", folder / "imu.csv"}).exit_code == 0);
+  const auto camera_with = [&](const std::string& gyro, const std::string& out) {
+    (void)run_lecalib({"calibrate", folder / "r.aedat4", "--model", recording + "/model.txt", "--gyro", gyro,
+                       "--gyro-bias", "0.1", "--out", folder / out});
+    const auto result = json_of(folder / out + "/calibration.json");
+    CHECK(result["diagnostics"]["counts"]["turns"].get<int>() > 10);
+    return result["cameras"][0];
+  };
+  CHECK(camera_with("recording", "a") == camera_with(folder / "imu.csv", "b"));
+
+  const CommandRun none =
+      run_lecalib({"calibrate", recording + "/events.raw", "--model", recording + "/model.txt", "--gyro", "recording"});
+  CHECK(none.exit_code == 1);
+  CHECK(none.err.find("holds no IMU samples") != std::string::npos);
+  const CommandRun two = run_lecalib({"calibrate", recording + "/events.raw", recording + "/events.raw", "--model",
+                                      recording + "/model.txt", "--gyro", "recording"});
+  CHECK(two.err.find("--gyro recording needs one recording as EVENTS") != std::string::npos);
 }

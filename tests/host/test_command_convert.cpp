@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "lecalib/host/file_io.hpp"
-#include "support/record_encoder.hpp"
+#include "support/aedat4_encoder.hpp"
 #include "support/run_command.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -43,6 +43,29 @@ TEST_CASE("lecalib convert: to a pipe only the events go") {
   CHECK(run.out == kRows);
   CHECK(run.err == "3 events written to /dev/stdout\n");
   CHECK(std::filesystem::is_symlink("/dev/stdout"));
+}
+
+TEST_CASE("lecalib convert: IMU samples and triggers go to files of their own") {
+  const TemporaryFolder folder;
+  const Bytes bytes = aedat4_header(0, aedat4_xml(346, 260)) + aedat4_packet(0, aedat4_events({{1, 2, 3, 1}})) +
+                      aedat4_packet(2, aedat4_imu({{5, {}}, {6, {}}, {6, {}}})) +
+                      aedat4_packet(3, aedat4_triggers(9, {1}));
+  const std::string recording = with_content(folder, "e.aedat4", std::string(bytes.begin(), bytes.end()));
+  const CommandRun run = run_lecalib(
+      {"convert", recording, folder / "e.csv", "--imu", folder / "imu.csv", "--triggers", folder / "t.csv"});
+  CHECK(run.exit_code == 0);
+  CHECK(run.out.find("2 IMU samples written to " + (folder / "imu.csv") + "\n") != std::string::npos);
+  CHECK(run.out.find("1 IMU samples left out, no later than the one before\n") != std::string::npos);
+  CHECK(run.out.find("1 triggers written to " + (folder / "t.csv") + "\n") != std::string::npos);
+  CHECK(content(folder / "imu.csv").find("\n6,-0,0,-0,") != std::string::npos);
+  CHECK(content(folder / "t.csv") == "t_us,channel,kind\n9,1,rising\n");
+
+  const CommandRun twice = run_lecalib({"convert", recording, folder / "e.csv", "--imu", folder / "e.csv"});
+  CHECK(twice.exit_code == 1);
+  CHECK(twice.err.find("is written twice") != std::string::npos);
+  const CommandRun itself = run_lecalib({"convert", recording, folder / "f.csv", "--triggers", recording});
+  CHECK(itself.err.find("is the recording itself") != std::string::npos);
+  CHECK(content(recording).size() == bytes.size());
 }
 
 TEST_CASE("lecalib convert: what a format leaves out is said") {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "lecalib/host/file_io.hpp"
+#include "support/aedat4_encoder.hpp"
 #include "support/run_command.hpp"
 #include "support/shared_data.hpp"
 #include "support/temporary_folder.hpp"
@@ -27,6 +28,21 @@ TEST_CASE("lecalib info: counts, times and size of a text") {
   const CommandRun text = run_lecalib({"info", folder / "e.csv"});
   CHECK(text.exit_code == 0);
   CHECK(text.out.find("0.001000 to 0.501000 s") != std::string::npos);
+}
+
+TEST_CASE("lecalib info: from when to when triggers and IMU samples came") {
+  const TemporaryFolder folder;
+  const Bytes bytes = aedat4_header(0, aedat4_xml(346, 260)) + aedat4_packet(2, aedat4_imu({{5, {}}, {3, {}}})) +
+                      aedat4_packet(0, aedat4_events({{1, 2, 3, 1}})) + aedat4_packet(3, aedat4_triggers(900'000, {1}));
+  REQUIRE_FALSE(lecalib::host::write_file(folder / "e", std::string(bytes.begin(), bytes.end())));
+  const auto json = nlohmann::json::parse(run_lecalib({"info", "--json", folder / "e"}).out);
+  CHECK(json["imu"]["first_us"] == 3);
+  CHECK(json["imu"]["last_us"] == 5);
+  CHECK(json["triggers"]["first_us"] == 900'000);
+  CHECK(json["decoder"]["imu_samples"] == 2);
+  const CommandRun text = run_lecalib({"info", folder / "e"});
+  CHECK(text.out.find("IMU       0.000003 to 0.000005 s\n") != std::string::npos);
+  CHECK(text.out.find("triggers  0.900000 to 0.900000 s\n") != std::string::npos);
 }
 
 TEST_CASE("lecalib info: real recordings hold what is written beside them") {

@@ -28,6 +28,13 @@ TEST_CASE("gyro file: rows are read in order of time") {
   CHECK(samples.value()[1].rate[2] == 3.0);
 }
 
+TEST_CASE("gyro file: columns behind the rates are passed over, as many as the header names") {
+  const auto samples = parse_gyro("t_us,wx,wy,wz,ax,note\n1,2,3,4,nan,x\n", "g.csv");
+  REQUIRE(samples.ok());
+  CHECK(samples.value()[0].rate[2] == 4.0);
+  CHECK(error_of("t_us,wx,wy,wz,ax\n1,2,3,4\n") == "g.csv:2: expected 5 fields, found 4");
+}
+
 TEST_CASE("gyro file: what is broken names its place") {
   const std::string head = "t_us,wx,wy,wz\n";
   CHECK(error_of("") == "g.csv: expected the header 't_us,wx,wy,wz', found nothing");

@@ -2,6 +2,7 @@
 /// A writer of AEDAT 4 that shares nothing with the decoder under test. It writes FlatBuffers of the plainest shape.
 #pragma once
 
+#include <cstring>
 #include <string>
 #include <utility>
 #include <vector>
@@ -52,6 +53,50 @@ inline Bytes aedat4_events(const std::vector<Event>& events) {
                little_endian(e.y, 2) + little_endian(e.polarity, 4);
   }
   return aedat4_content("EVTS", events.size(), elements);
+}
+
+/// `tables` of equal size behind the offsets that lead to them, all with `vtable`.
+inline Bytes aedat4_tables(const char* type, const Bytes& vtable, const std::vector<Bytes>& tables) {
+  Bytes offsets, behind = vtable;
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    const std::size_t back = behind.size();
+    offsets = std::move(offsets) + little_endian(4 * (tables.size() - i) + back, 4);
+    behind = std::move(behind) + little_endian(back, 4) + tables[i];
+  }
+  return aedat4_content(type, tables.size(), offsets + behind);
+}
+
+/// What the fields of an IMU sample hold: temperature, acceleration x y z (g), rotation x y z (deg/s).
+struct Aedat4Imu {
+  std::int64_t t_us;
+  float values[7];
+};
+
+inline Bytes aedat4_imu(const std::vector<Aedat4Imu>& samples) {
+  Bytes vtable = little_endian(20, 2) + little_endian(40, 2) + little_endian(4, 2);
+  for (std::uint64_t at = 12; at < 40; at += 4) vtable = std::move(vtable) + little_endian(at, 2);
+  std::vector<Bytes> tables;
+  for (const Aedat4Imu& sample : samples) {
+    Bytes table = little_endian(static_cast<std::uint64_t>(sample.t_us), 8);
+    for (const float value : sample.values) {
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, &value, sizeof bits);
+      table = std::move(table) + little_endian(bits, 4);
+    }
+    tables.push_back(table);
+  }
+  return aedat4_tables("IMUS", vtable, tables);
+}
+
+/// @param sources  what each trigger came from: 1 a rising edge, 2 a falling one, 3 a pulse
+inline Bytes aedat4_triggers(std::int64_t t_us, const std::vector<int>& sources) {
+  const Bytes vtable = little_endian(8, 2) + little_endian(13, 2) + little_endian(4, 2) + little_endian(12, 2);
+  std::vector<Bytes> tables;
+  for (const int source : sources) {
+    tables.push_back(little_endian(static_cast<std::uint64_t>(t_us), 8) +
+                     little_endian(static_cast<std::uint64_t>(source), 1));
+  }
+  return aedat4_tables("TRIG", vtable, tables);
 }
 
 inline Bytes aedat4_packet(int stream, const Bytes& content) {

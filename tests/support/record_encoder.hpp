@@ -82,6 +82,16 @@ inline Bytes aedat2_record(std::uint64_t address, std::int64_t t_us) {
   return big_endian(address, 4) + big_endian(static_cast<std::uint64_t>(t_us), 4);
 }
 
+/// The seven records of an IMU sample: acceleration x y z, temperature, rotation x y z.
+inline Bytes aedat2_imu(std::int64_t t_us, const std::vector<int>& readings) {
+  Bytes bytes;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    const auto data = static_cast<std::uint64_t>((readings[i] + 65536) % 65536);
+    bytes = std::move(bytes) + aedat2_record(0x80000C00 + i * 0x10000000 + data * 4096, t_us);
+  }
+  return bytes;
+}
+
 /// Records of a DAVIS of that size.
 inline Bytes encode_davis(const std::vector<Event>& events, int width, int height) {
   Bytes bytes;
