@@ -86,11 +86,12 @@ struct Counter {
 std::vector<Counter> counters(const DecoderStats& stats) {
   return {{"outside", stats.outside, "events beside the sensor, dropped"},
           {"unplaced", stats.unplaced, "events before the first time stamp or row, dropped"},
-          {"triggers", stats.triggers, "edges of external signals"},
+          {"triggers", stats.triggers, "signals at inputs, or of the camera itself"},
           {"imu_samples", stats.imu_samples, "measurements of the inertial sensor"},
           {"other_words", stats.other_words, "words that are no events (frames, ...)"},
           {"undefined_words", stats.undefined_words, "words the format does not define"},
           {"time_wraps", stats.time_wraps, "roll-overs of the sensor's clock"},
+          {"time_resets", stats.time_resets, "new beginnings of the sensor's clock"},
           {"time_steps_back", stats.time_steps_back, "times earlier than the one before"}};
 }
 

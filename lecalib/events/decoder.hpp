@@ -54,6 +54,7 @@ struct DecoderStats {
       0;  ///< skipped: what the format defines and is none of these; parts of IMU samples that are not whole
   std::uint64_t undefined_words = 0;  ///< skipped: types the format does not define
   std::uint64_t time_wraps = 0;       ///< roll-overs of the sensor's clock
+  std::uint64_t time_resets = 0;      ///< the sensor's clock began anew; times go on from there
   std::uint64_t time_steps_back = 0;  ///< times that lie before the last one and are no roll-over
 };
 

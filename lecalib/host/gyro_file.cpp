@@ -2,6 +2,7 @@
 #include "lecalib/host/gyro_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "lecalib/host/event_file.hpp"
@@ -82,8 +83,11 @@ Result<std::vector<GyroSample>> read_gyro_of_recording(const std::string& path, 
     if (!events.ok()) return events.error();
     is_over = events.value().empty();
     for (const ImuSample& sample : file.value().imu_samples()) {
-      if (!samples.empty() && sample.t_us <= samples.back().t_us) continue;
-      samples.push_back({sample.t_us, {sample.gyro_rad_s[0], sample.gyro_rad_s[1], sample.gyro_rad_s[2]}});
+      const bool is_measured =
+          std::none_of(sample.gyro_rad_s, sample.gyro_rad_s + 3, [](float w) { return std::isnan(w); });
+      if (!is_measured || (!samples.empty() && sample.t_us <= samples.back().t_us)) continue;
+      samples.push_back({sample.t_us, {}});
+      std::copy_n(sample.gyro_rad_s, 3, samples.back().rate);
     }
   }
   if (samples.empty()) return Error{"holds no IMU samples", path};

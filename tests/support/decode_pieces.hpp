@@ -49,8 +49,8 @@ inline bool operator==(const Decoded& a, const Decoded& b) {
          a.stats.unplaced == b.stats.unplaced && a.stats.triggers == b.stats.triggers &&
          a.stats.imu_samples == b.stats.imu_samples && a.stats.other_words == b.stats.other_words &&
          a.stats.undefined_words == b.stats.undefined_words && a.stats.time_wraps == b.stats.time_wraps &&
-         a.stats.time_steps_back == b.stats.time_steps_back && a.expected == b.expected &&
-         a.error_offset == b.error_offset && a.error_line == b.error_line;
+         a.stats.time_resets == b.stats.time_resets && a.stats.time_steps_back == b.stats.time_steps_back &&
+         a.expected == b.expected && a.error_offset == b.error_offset && a.error_line == b.error_line;
 }
 
 /// Gives `pieces` to the decoder one after the other, then calls finish(); `room` events at a time are taken.
