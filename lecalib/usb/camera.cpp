@@ -5,6 +5,7 @@
 #include <cctype>
 #include <utility>
 
+#include "lecalib/usb/fx3_camera.hpp"
 #include "lecalib/usb/treuzell_camera.hpp"
 
 namespace lecalib::usb {
@@ -26,6 +27,8 @@ constexpr CameraKind kKinds[] = {
     {0x04B4, 0x00F4, "Prophesee EVK3", &open_treuzell},
     {0x31F7, 0x0003, "CenturyArks SilkyEvCam HD", &open_treuzell},
     {0x1409, 0x8E00, "IDS uEye XCP-E", &open_treuzell},
+    {0x152A, 0x841A, "iniVation DAVIS346", &open_davis346},
+    {0x152A, 0x8419, "iniVation DVXplorer", &open_dvxplorer},
     {0x04B4, 0x00F3, "boot loader of a camera", nullptr},
     {0x04B4, 0x4720, "boot loader of a camera", nullptr},
 };

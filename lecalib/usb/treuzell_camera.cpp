@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
-#include <ctime>
 #include <utility>
 
-#include "lecalib/host/raw_writer.hpp"
 #include "lecalib/host/sensor_size.hpp"
 #include "lecalib/usb/imx636_sequences.hpp"
+#include "lecalib/usb/recording_header.hpp"
 #include "lecalib/usb/treuzell_link.hpp"
 
 namespace lecalib::usb {
@@ -114,18 +113,8 @@ MaybeError TreuzellCamera::identify() {
 }
 
 std::string TreuzellCamera::file_header() const {
-  char date[40];
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  std::strftime(date, sizeof date, "%F %T", ::gmtime_r(&now, &utc));
-  std::map<std::string, std::string> more = {{"date", date},
-                                             {"sensor_name", "IMX636"},
-                                             {"serial_number", info_.serial},
-                                             {"system_ID", std::to_string(system_id_)}};
-  std::string header = host::evt3_header(kSensor.width, kSensor.height, more);
-  if (header.size() % 2 == 0) return header;
-  more["date"] += "Z";  // the same time in one byte more
-  return host::evt3_header(kSensor.width, kSensor.height, more);
+  return recording_header(
+      kSensor, {{"sensor_name", "IMX636"}, {"serial_number", info_.serial}, {"system_ID", std::to_string(system_id_)}});
 }
 
 const Imx636Bias* find_bias(const std::string& name) {

@@ -58,7 +58,7 @@ template <class Decoder>
 Decoded decode_pieces(Decoder decoder, const std::vector<Span<const std::uint8_t>>& pieces, std::size_t room = 1000) {
   Decoded result;
   std::vector<Event> out(room);
-  std::vector<TriggerEvent> triggers(1000);
+  std::vector<TriggerEvent> triggers(1 << 14);
   std::vector<ImuSample> imu_samples(1000);
   SideRecords side{FixedVector<TriggerEvent>(triggers), FixedVector<ImuSample>(imu_samples)};
   const auto drain = [&](auto&& call) {
