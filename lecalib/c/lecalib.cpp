@@ -2,6 +2,7 @@
 #include "lecalib/c/lecalib.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <new>
 #include <type_traits>
 
@@ -43,7 +44,8 @@ size_t lecalib_required_bytes(const lecalib_capacities* capacities) {
 
 lecalib_status lecalib_init(void* memory, size_t bytes, const lecalib_capacities* capacities,
                             const lecalib_model_line* model, size_t model_lines, lecalib_calibrator** out) {
-  if (bytes < kCalibratorBytes) return value_of(lecalib::Status::buffer_too_small);
+  const bool aligned = reinterpret_cast<std::uintptr_t>(memory) % lecalib::kArenaAlign == 0;
+  if (bytes < kCalibratorBytes || !aligned) return value_of(lecalib::Status::buffer_too_small);
   auto* const calibrator = new (memory) lecalib_calibrator();
   const lecalib::Span<std::byte> rest(static_cast<std::byte*>(memory) + kCalibratorBytes, bytes - kCalibratorBytes);
   const lecalib::Span<const lecalib::ModelLine> lines(reinterpret_cast<const lecalib::ModelLine*>(model), model_lines);

@@ -115,6 +115,9 @@ TEST_CASE("c interface: too little memory and calls out of turn are told by thei
     CHECK(lecalib_status_name(status) == std::string("buffer_too_small"));
     CHECK(calibrator == nullptr);
   }
+  char* const odd = reinterpret_cast<char*>(memory.data()) + 1;
+  CHECK(lecalib_status_name(lecalib_init(odd, bytes - 1, &kCapacities, kBox, std::size(kBox), &calibrator)) ==
+        std::string("buffer_too_small"));
   REQUIRE(lecalib_init(memory.data(), bytes, &kCapacities, kBox, std::size(kBox), &calibrator) == LECALIB_OK);
   CHECK(lecalib_step(calibrator) == LECALIB_NEED_MORE_DATA);
   lecalib_camera camera{};
