@@ -174,7 +174,11 @@ class MonoCalibrator {
                                      Span<const ModelLine> model) {
     // Inline, so that a program without Capacities::edges, known when it is compiled, does not hold their code.
     EdgeStages edges;
-    if (capacities.edges) edges = {line_edges, make_edge_points, &MonoSolver::init_on_edges};
+    if (capacities.edges) {
+      edges.find = line_edges;
+      edges.make_points = make_edge_points;
+      edges.init_solver = &MonoSolver::init_on_edges;
+    }
     return init(memory, capacities, options, model, edges);
   }
 
