@@ -7,7 +7,7 @@ set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lecalib)
 
 set(installed_targets lecalib)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/lecalib DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  FILES_MATCHING PATTERN "*.hpp" PATTERN host EXCLUDE PATTERN usb EXCLUDE)
+  FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h" PATTERN host EXCLUDE PATTERN usb EXCLUDE)
 if(TARGET lecalib_host)
   list(APPEND installed_targets lecalib_host)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/lecalib/host DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lecalib

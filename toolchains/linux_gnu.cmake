@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 # What Debian's cross compilers for Linux share: include it with `triple` and `emulator` set.
 set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_C_COMPILER ${triple}-gcc)
 set(CMAKE_CXX_COMPILER ${triple}-g++)
 set(CMAKE_CROSSCOMPILING_EMULATOR ${emulator};-L;/usr/${triple})
 

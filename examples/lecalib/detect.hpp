@@ -28,7 +28,7 @@ struct DetectOptions {
   double c_z_us_per_px = 0;  ///< 0: automatic
   bool filters_noise = false;
 
-  [[nodiscard]] DetectorKind kind() const { return detector == "fast" ? DetectorKind::fast : DetectorKind::reference; }
+  [[nodiscard]] LineFinder find_lines() const { return detector == "fast" ? fast_detector : reference_detector; }
 };
 
 /// What happened over all windows.

@@ -55,7 +55,7 @@ Capacities capacities_for(const DetectOptions& options, SensorSize sensor) {
   capacities.detector.events = options.max_events;
   capacities.detector.width = sensor.width;
   capacities.detector.height = sensor.height;
-  if (options.kind() == DetectorKind::fast) capacities.detector.surface_points = capacities.detector.regions = 0;
+  if (options.find_lines() == fast_detector) capacities.detector.surface_points = capacities.detector.regions = 0;
   if (options.filters_noise) capacities.noise = {sensor.width, sensor.height};
   return capacities;
 }
@@ -71,7 +71,7 @@ class Detection {
     if (!carve(arena, capacities, &memory_)) fail({"not enough memory"});
     noise_.width = detector_.cloud.width = sensor.width;
     noise_.height = detector_.cloud.height = sensor.height;
-    detector_.kind = options.kind();
+    detector_.find_lines = options.find_lines();
     detector_.cloud.c_z_us_per_px = static_cast<float>(options.c_z_us_per_px);
     detector_.clock_ns = &host::thread_cpu_ns;
   }

@@ -210,7 +210,7 @@ Error EventFile::decode_error(Status status) const {
   if (cause.line == 0) return {expected, path(), 0, 0, cause.offset};
   const bool is_pipe = size_bytes() == 0;  // opened anew it would block, or go on elsewhere
   const std::string found = is_pipe || gzip_ ? "" : quoted_line(path(), cause.line);
-  return {expected + (found.empty() ? "" : ", found " + found), path(), cause.line};
+  return {expected + (found.empty() ? "" : ", found " + found), path(), static_cast<std::size_t>(cause.line)};
 }
 
 MaybeError EventFile::check_sensor() const {

@@ -15,7 +15,7 @@ struct Capacities {
   std::uint32_t model_lines = 64;
   std::uint32_t points_per_line = 3;  ///< room for ViewPointOptions::points_per_line
   bool edges = true;  ///< room to calibrate by edges, MonoOptions::use_edges; without it the lines alone are used
-  bool reference_detector = false;    ///< room for DetectorKind::reference, beside the fast one: 1.3 MB
+  bool reference_detector = false;    ///< room for reference_detector(), beside the fast one: 1.3 MB
   std::uint16_t sensor_width = 1280;  ///< px; tables per cell of the sensor are sized by it
   std::uint16_t sensor_height = 720;
 };

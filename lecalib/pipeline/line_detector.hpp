@@ -33,12 +33,36 @@
 
 namespace lecalib {
 
-enum class DetectorKind : std::uint8_t { fast, reference };
+struct DetectorOptions;
+struct DetectorStats;
+struct DetectorWorkspace;
+
+/// Finds the lines of a cloud one by one, into the workspace. Chosen by pointer, so that a program holds the code of
+/// those detectors alone that it names.
+/// @param[out] num_lines how many; unchanged unless ok
+using LineFinder = Status (*)(const EventCloud& cloud, const DetectorOptions& options,
+                              const DetectorWorkspace& workspace, std::size_t* num_lines, DetectorStats* stats);
+
+/// Adds their edges to the lines found, which the workspace holds in the order of *out.
+using EdgeFinder = void (*)(const EventCloud& cloud, float window_us, const DetectorOptions& options,
+                            const DetectorWorkspace& workspace, Span<EventLine> out, DetectorStats* stats);
+
+/// From blocks of cells that look like an edge.
+Status fast_detector(const EventCloud& cloud, const DetectorOptions& options, const DetectorWorkspace& workspace,
+                     std::size_t* num_lines, DetectorStats* stats);
+
+/// By the chain of [Liu24] section 3.1.
+Status reference_detector(const EventCloud& cloud, const DetectorOptions& options, const DetectorWorkspace& workspace,
+                          std::size_t* num_lines, DetectorStats* stats);
+
+/// Pixel by pixel, see fit_crossings().
+void line_edges(const EventCloud& cloud, float window_us, const DetectorOptions& options,
+                const DetectorWorkspace& workspace, Span<EventLine> out, DetectorStats* stats);
 
 /// Defaults are good for any sensor; only its size must be given. Ranges stand with the fields.
 struct DetectorOptions {
-  DetectorKind kind = DetectorKind::fast;
-  CloudOptions cloud;  ///< cloud.width and cloud.height: the sensor's size, px
+  LineFinder find_lines = fast_detector;  ///< or reference_detector
+  CloudOptions cloud;                     ///< cloud.width and cloud.height: the sensor's size, px
   NormalOptions normals;
   RegionOptions regions;
   SegmentOptions segments;
@@ -51,7 +75,7 @@ struct DetectorOptions {
   MergeOptions merge;
   SplitOptions split;
   LineShapeOptions shape;
-  bool find_edges = false;  ///< fills EventLine::edge, where the window is not thinned
+  EdgeFinder find_edges = nullptr;  ///< or line_edges: fills EventLine::edge, where the window is not thinned
   CrossingOptions crossings;
   /// Monotonic clock for DetectorStats::stage_ns; null: stages are not timed.
   std::uint64_t (*clock_ns)() = nullptr;

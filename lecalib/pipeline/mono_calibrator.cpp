@@ -51,14 +51,14 @@ MonoSolverOptions MonoOptions::recorded_lines() {
 }
 
 Status MonoCalibrator::init(Span<std::byte> memory, const Capacities& capacities, const MonoOptions& options,
-                            Span<const ModelLine> model) {
+                            Span<const ModelLine> model, const EdgeStages& edges) {
   phase_ = MonoPhase::idle;
   if (options.rounds < 1 || capacities.sensor_width == 0 || capacities.sensor_height == 0) {
     return Status::invalid_argument;
   }
   if (model.size() < 4) return Status::too_few_lines;
   if (model.size() > capacities.model_lines || options.points.points_per_line > capacities.points_per_line ||
-      (options.detector.kind == DetectorKind::reference && !capacities.reference_detector)) {
+      (options.detector.find_lines != fast_detector && !capacities.reference_detector)) {
     return Status::capacity_exceeded;
   }
   Arena arena(memory);
@@ -67,6 +67,7 @@ Status MonoCalibrator::init(Span<std::byte> memory, const Capacities& capacities
   capacities_ = capacities;
   options_ = options;
   options_.use_edges = options.use_edges && capacities.edges;
+  edges_ = edges;
   options_.noise.width = options_.detector.cloud.width = options_.matcher.width = capacities.sensor_width;
   options_.noise.height = options_.detector.cloud.height = options_.matcher.height = capacities.sensor_height;
   model_ = model;
@@ -127,7 +128,8 @@ Status MonoCalibrator::detect() {
   DetectorStats detected;
   std::size_t count = 0;
   // A crossing of which events were thinned out tells nothing.
-  options_.detector.find_edges = options_.use_edges && builder_.stats().thinned == stats_.windows.thinned;
+  const bool thinned = builder_.stats().thinned != stats_.windows.thinned;
+  options_.detector.find_edges = options_.use_edges && !thinned ? edges_.find : nullptr;
   status = detect_lines(window, options_.detector, &workspace_.detector, workspace_.lines, &count, &detected);
   if (status != Status::ok) return fail(status);
 
@@ -189,8 +191,8 @@ Status MonoCalibrator::make_points(std::size_t* count) {
     return make_view_points(options_.points, windows, matcher_.matches(), workspace_.points, workspace_.views, count,
                             &num_views_);
   }
-  return make_edge_points(options_.edges, windows, matcher_.matches(), workspace_.points, workspace_.edges,
-                          workspace_.views, count, &num_views_, &stats_.edges);
+  return edges_.make_points(options_.edges, windows, matcher_.matches(), workspace_.points, workspace_.edges,
+                            workspace_.views, count, &num_views_, &stats_.edges);
 }
 
 /// @param on_edges solve by edges, or else, and where these don't suffice, by lines
@@ -230,7 +232,8 @@ Status MonoCalibrator::start_solver() {
   }
   data.relative = workspace_.turns.first(find_turns());
   const MonoStart start = {matcher_.camera(), {workspace_.start_poses.data(), num_views_}};
-  return solver_.init(data, solver, workspace_.solver, &start);
+  return on_edges_ ? (solver_.*edges_.init_solver)(data, solver, workspace_.solver, start)
+                   : solver_.init(data, solver, workspace_.solver, start);
 }
 
 /// Matches anew through the camera that was just found.

@@ -152,6 +152,14 @@ constexpr std::size_t required_bytes(const Capacities& capacities) {
   return meter.peak();
 }
 
+/// What edges take beyond lines, by pointers: where these are null, nothing refers to the code and the linker leaves it
+/// out.
+struct EdgeStages {
+  EdgeFinder find = nullptr;
+  decltype(&make_edge_points) make_points = nullptr;
+  decltype(&MonoSolver::init_on_edges) init_solver = nullptr;
+};
+
 /// Calibrates one camera. push() and step() touch the same window: call them from one thread; a sensor's interrupt
 /// fills an EventRing that the thread drains.
 class MonoCalibrator {
@@ -162,8 +170,17 @@ class MonoCalibrator {
   /// @return ok | buffer_too_small | capacity_exceeded (model lines, points per line, no room for the detector chosen)
   /// |
   ///         invalid_argument (options, capacities) | too_few_lines (fewer than 4 model lines)
-  Status init(Span<std::byte> memory, const Capacities& capacities, const MonoOptions& options,
-              Span<const ModelLine> model);
+  [[gnu::always_inline]] Status init(Span<std::byte> memory, const Capacities& capacities, const MonoOptions& options,
+                                     Span<const ModelLine> model) {
+    // Inline, so that a program without Capacities::edges, known when it is compiled, does not hold their code.
+    EdgeStages edges;
+    if (capacities.edges) {
+      edges.find = line_edges;
+      edges.make_points = make_edge_points;
+      edges.init_solver = &MonoSolver::init_on_edges;
+    }
+    return init(memory, capacities, options, model, edges);
+  }
 
   /// Takes events from the front of *events.
   /// @return ok (all taken) | in_progress (a window is full: call step() before the rest can be pushed) | wrong_state
@@ -191,6 +208,8 @@ class MonoCalibrator {
   [[nodiscard]] const MonoStats& stats() const { return stats_; }
 
  private:
+  Status init(Span<std::byte> memory, const Capacities& capacities, const MonoOptions& options,
+              Span<const ModelLine> model, const EdgeStages& edges);
   Status detect();
   Status begin_matching();
   Status begin_solving(bool on_edges);
@@ -203,6 +222,7 @@ class MonoCalibrator {
 
   Capacities capacities_;
   MonoOptions options_;
+  EdgeStages edges_;
   MonoWorkspace workspace_;
   Span<const ModelLine> model_;
   WindowBuilder builder_;

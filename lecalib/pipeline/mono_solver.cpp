@@ -12,24 +12,25 @@ namespace {
 /// Where the refinement by squares may stop: it only gives the scale of the residuals and a start for what follows.
 constexpr double kSquaresTolerance = 1e-3;
 
-/// A residual of so many robust sigmas is no accident among the points of a calibration.
-constexpr double kWrongSpreads = 5.0;
-
 /// Sigma of a Gaussian over the median of its absolute value.
 constexpr double kGaussianOverMedian = 1.4826;
 
 }  // namespace
 
 Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& options,
-                        const MonoSolverWorkspace& workspace, const MonoStart* start) {
+                        const MonoSolverWorkspace& workspace, const MonoStart& start) {
+  const Status status = prepare(data, options, workspace);
+  if (status != Status::ok) return status;
+  return data.edges.empty() ? take_start(start) : Status::invalid_argument;
+}
+
+/// What all ways to begin share.
+Status MonoSolver::prepare(const CalibrationData& data, const MonoSolverOptions& options,
+                           const MonoSolverWorkspace& workspace) {
   phase_ = Phase::idle;
   if (const Status status = validate(data); status != Status::ok) return status;
   if (!(options.loss_width > 0.0) || options.refine.max_iterations <= 0 || options.max_attempts <= 0)
     return Status::invalid_argument;
-  if (start != nullptr &&
-      (start->T_cam_world.size() != data.views.size() || !(start->camera.fx > 0.0) || !(start->camera.fy > 0.0))) {
-    return Status::invalid_argument;
-  }
   const std::size_t views = data.views.size();
   if (workspace.guess.views.size() < views || workspace.guess.linear.size() < views ||
       workspace.guess.focal_lengths.size() < views || workspace.results.size() < views ||
@@ -54,21 +55,17 @@ Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& op
   workspace_.feet = workspace.feet.first(data.points.size());
   for (float& residual : workspace_.residuals) residual = 0.0F;
   workspace_.left_out = workspace.left_out.first(data.points.size());
-  if (has_edges()) begin_edges();
   result_ = CalibrationResult();
   attempts_ = sortings_ = offset_rounds_ = 0;
-  has_start_ = start != nullptr;
-  guess_ = InitialGuess();
-  if (start != nullptr) {
-    take_start(*start);
-  } else {
-    guess_.init(data_, options_.guess, workspace_.guess);
-    phase_ = Phase::guess;
-  }
+  search_ = nullptr;
+  sort_edges_ = nullptr;
   return Status::ok;
 }
 
-void MonoSolver::take_start(const MonoStart& start) {
+Status MonoSolver::take_start(const MonoStart& start) {
+  if (start.T_cam_world.size() != data_.views.size() || !(start.camera.fx > 0.0) || !(start.camera.fy > 0.0)) {
+    return Status::invalid_argument;
+  }
   for (std::size_t v = 0; v < data_.views.size(); ++v) {
     RefineView& view = workspace_.guess.views[v];
     view.pose = start.T_cam_world[v];
@@ -78,6 +75,7 @@ void MonoSolver::take_start(const MonoStart& start) {
   camera.width = data_.width;
   camera.height = data_.height;
   begin_refinement(camera);
+  return Status::ok;
 }
 
 void MonoSolver::begin_refinement(const Camera& camera) {
@@ -100,15 +98,13 @@ void MonoSolver::begin_refinement(const Camera& camera) {
 Status MonoSolver::step() {
   switch (phase_) {
     case Phase::idle: return Status::wrong_state;
-    case Phase::guess: {
-      const Status status = guess_.step();
-      if (is_error(status)) return conclude(status);
-      if (status == Status::ok) begin_refinement(guess_.camera());
-      return Status::in_progress;
-    }
     case Phase::refine:
     case Phase::refine_robust: return step_refinement();
-    case Phase::ransac: return step_ransac();
+    case Phase::guess:
+    case Phase::ransac: {
+      const Status status = (this->*search_)(Status::in_progress);
+      return phase_ == Phase::guess && is_error(status) ? conclude(status) : status;
+    }
     case Phase::done: return result_.status;
   }
   return Status::wrong_state;
@@ -119,7 +115,8 @@ Status MonoSolver::step_refinement() {
   const Status status = refiner_.step();
   if (status == Status::in_progress) return status;
   if (status != Status::ok) return conclude(status);
-  if (phase_ == Phase::refine_robust && has_edges() && sort_edges() == Status::in_progress) return Status::in_progress;
+  if (phase_ == Phase::refine_robust && has_edges() && (this->*sort_edges_)() == Status::in_progress)
+    return Status::in_progress;
   if (phase_ == Phase::refine_robust && !has_edges() && sortings_ > 0 && sortings_ < kMaxSortings && sort_lines()) {
     ++sortings_;
     begin_refinement(refiner_.camera());
@@ -194,14 +191,7 @@ Status MonoSolver::conclude(Status status) {
     result_ = attempt;
     if (refined) summarise_views(&result_);
   }
-  if (status != Status::ok && refined && attempts_ < options_.max_attempts && guess_.begin_next_candidate()) {
-    phase_ = Phase::guess;
-    return Status::in_progress;
-  }
-  if (refined && sortings_ == 0 && options_.reject_lines && !has_start_ && has_wrong_lines() &&
-      begin_ransac() == Status::ok) {
-    return Status::in_progress;
-  }
+  if (refined && search_ != nullptr && (this->*search_)(status) == Status::in_progress) return Status::in_progress;
   if (sorted && status != Status::ok) data_.left_out = {};  // what came of all lines stands
   phase_ = Phase::done;
   return result_.status;
@@ -212,41 +202,6 @@ bool MonoSolver::keeps_enough_lines(const CalibrationResult& result) const {
   for (const View& view : data_.views) kept += count_lines(data_, view, workspace_.guess.moments);
   const double right = options_.ransac.min_right_share * static_cast<double>(kept + result.lines_left_out);
   return static_cast<double>(kept) >= right;
-}
-
-/// Whether some residuals are larger than what the bulk of them explains, or all are too large to be measurements.
-bool MonoSolver::has_wrong_lines() {
-  if (result_.rms_px > options_.plausibility.max_rms_share * data_.width) return true;
-  const double spread = fitted_spread();
-  const double limit = kWrongSpreads * (options_.covariance.trust_sigma ? std::max(spread, 1.0) : spread);
-  for (const float residual : workspace_.residuals) {
-    if (std::abs(static_cast<double>(residual)) > limit) return true;
-  }
-  return false;
-}
-
-Status MonoSolver::begin_ransac() {
-  const Status status =
-      ransac_.init(data_, options_.ransac, {workspace_.guess.moments, workspace_.guess.lines, workspace_.chosen},
-                   workspace_.left_out);
-  if (status == Status::ok) phase_ = Phase::ransac;
-  return status;
-}
-
-/// The right lines are solved from the beginning.
-Status MonoSolver::step_ransac() {
-  const Status status = ransac_.step();
-  if (status == Status::in_progress) return status;
-  if (is_error(status)) {
-    phase_ = Phase::done;
-    return result_.status;
-  }
-  data_.left_out = workspace_.left_out;
-  sortings_ = 1;
-  attempts_ = 0;
-  guess_.init(data_, options_.guess, workspace_.guess);
-  phase_ = Phase::guess;
-  return Status::in_progress;
 }
 
 /// Covariance and plausibility. A refinement that crawls along a valley has not failed, its parameter is undetermined.

@@ -103,10 +103,15 @@ struct MonoStart {
 class MonoSolver {
  public:
   /// @param data  outlives the solver; its points must be grouped by view, best by line within a view
-  /// @param start may be null: the solver then finds its own
-  /// @return ok | invalid_argument | too_few_lines | capacity_exceeded (data larger than the workspace)
+  /// @return ok | invalid_argument (edges as well: see init_on_edges()) | too_few_lines | capacity_exceeded (data
+  /// larger than the workspace)
   Status init(const CalibrationData& data, const MonoSolverOptions& options, const MonoSolverWorkspace& workspace,
-              const MonoStart* start = nullptr);
+              const MonoStart& start);
+  /// The same for points that come with CalibrationData::edges.
+  Status init_on_edges(const CalibrationData& data, const MonoSolverOptions& options,
+                       const MonoSolverWorkspace& workspace, const MonoStart& start);
+  /// The same without a start: the solver finds its own, from a view's lines in space or in a plane.
+  Status init(const CalibrationData& data, const MonoSolverOptions& options, const MonoSolverWorkspace& workspace);
 
   /// Bounded work: the linear solution of one view, one comparison of candidates, one iteration of the refinement, one
   /// sample of lines, or one sorting of the lines by their residuals.
@@ -134,12 +139,18 @@ class MonoSolver {
 
   enum class Phase : std::uint8_t { idle, guess, refine, refine_robust, ransac, done };
 
-  void take_start(const MonoStart& start);
+  // The search for a start and what edges take are reached through pointers alone, which the init() that needs them
+  // sets: a program that never calls it does not hold their code.
+  Status prepare(const CalibrationData& data, const MonoSolverOptions& options, const MonoSolverWorkspace& workspace);
+  Status take_start(const MonoStart& start);
+  Status search(Status attempt);
+  void begin_guess();
+  Status step_guess();
   void begin_refinement(const Camera& camera);
   Status step_refinement();
   Status begin_ransac();
   Status step_ransac();
-  [[nodiscard]] bool has_edges() const { return !data_.edges.empty(); }
+  [[nodiscard]] bool has_edges() const { return sort_edges_ != nullptr; }
   void begin_edges();
   void drop_open_views();
   bool move_edges();
@@ -177,7 +188,8 @@ class MonoSolver {
   int attempts_ = 0;
   int sortings_ = 0;
   int offset_rounds_ = 0;
-  bool has_start_ = false;
+  Status (MonoSolver::*search_)(Status attempt) = nullptr;
+  Status (MonoSolver::*sort_edges_)() = nullptr;
   Phase phase_ = Phase::idle;
 };
 

@@ -15,7 +15,17 @@ constexpr double kMinViewPivot = 1e-7;
 
 }  // namespace
 
+Status MonoSolver::init_on_edges(const CalibrationData& data, const MonoSolverOptions& options,
+                                 const MonoSolverWorkspace& workspace, const MonoStart& start) {
+  const Status status = prepare(data, options, workspace);
+  if (status != Status::ok) return status;
+  if (data.edges.empty()) return Status::invalid_argument;
+  begin_edges();
+  return take_start(start);
+}
+
 void MonoSolver::begin_edges() {
+  sort_edges_ = &MonoSolver::sort_edges;
   const std::size_t points = data_.points.size();
   workspace_.corrected = workspace_.corrected.first(points);
   workspace_.wrong_edges = workspace_.wrong_edges.first(points);

@@ -40,9 +40,16 @@ struct Factor {
   }
 };
 
-/// Events are summed four at a time, for vector units: of a block, lane i takes event i. Which event meets which lane
-/// does not depend on the target, so neither do the sums.
+/// Events are summed in four lanes, for vector units. Which event meets which lane does not depend on the target, so
+/// neither do the sums.
 constexpr int kLanes = 4;
+
+/// Whether the lanes run side by side. Without vector units they run one after the other, with their sums in registers.
+#if defined(__SSE__) || defined(__aarch64__)
+constexpr bool kSideBySide = true;
+#else
+constexpr bool kSideBySide = false;
+#endif
 
 /// The events [first, first + kLanes); behind the last one stands the first of the list, as not present.
 struct Block {
@@ -62,8 +69,10 @@ struct Block {
 
 }  // namespace
 
+/// The sums of the normal equations, and two more of a weighted fit.
 struct LineEquations::Lanes {
-  float sums[kNumSums][kLanes] = {};
+  enum { kSquare = kNumSums, kCount, kNumColumns };
+  float sums[kNumColumns][kLanes] = {};
 
   /// One lane's column of the sums.
   struct Column {
@@ -71,46 +80,58 @@ struct LineEquations::Lanes {
     int lane;
     float& operator[](int sum) const { return sums[sum][lane]; }
   };
-  Column column(int lane) { return {sums, lane}; }
 
-  static float sum(const float (&lanes)[kLanes]) { return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]); }
-  void add_to(float (&total)[kNumSums]) const {
-    for (int i = 0; i < kNumSums; ++i) total[i] += sum(sums[i]);
+  /// Calls add(s_px, t, d, present, sums of the event's lane) for the events, and for some that are not present (0).
+  template <class Add>
+  void visit(const ListedEvents& events, Add add) {
+    if constexpr (kSideBySide) {
+      for (std::size_t first = 0; first < events.count; first += kLanes) {
+        const Block block(events, first);
+        for (int lane = 0; lane < kLanes; ++lane) {
+          add(block.s_px[lane], block.t[lane], block.d[lane], block.present[lane], Column{sums, lane});
+        }
+      }
+    } else {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        float column[kNumColumns] = {};
+        for (auto k = static_cast<std::size_t>(lane); k < events.count; k += kLanes) {
+          add(events.along[k], events.tau[k], events.across[k], 1.0F, column);
+        }
+        for (int i = 0; i < kNumColumns; ++i) sums[i][lane] = column[i];
+      }
+    }
+  }
+
+  [[nodiscard]] float total(int i) const { return (sums[i][0] + sums[i][1]) + (sums[i][2] + sums[i][3]); }
+  void add_to(float (&totals)[kNumSums]) const {
+    for (int i = 0; i < kNumSums; ++i) totals[i] += total(i);
   }
 };
 
 void LineEquations::add(const ListedEvents& events) noexcept {
   Lanes lanes;
-  for (std::size_t first = 0; first < events.count; first += kLanes) {
-    const Block block(events, first);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      add_monomials(block.s_px[lane], block.t[lane], block.d[lane], block.present[lane], lanes.column(lane));
-    }
-  }
+  lanes.visit(events, [](float s_px, float t, float d, float present, auto&& sums) {
+    add_monomials(s_px, t, d, present, sums);
+  });
   lanes.add_to(sums_);
 }
 
 WeightedSupport LineEquations::add_near(const ListedEvents& events, const MovingLine& line, float band_px) noexcept {
   const float per_band = 1 / band_px;
   Lanes lanes;
-  float squares[kLanes] = {};
-  float counts[kLanes] = {};
-  for (std::size_t first = 0; first < events.count; first += kLanes) {
-    const Block block(events, first);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const float r = (block.d[lane] - line.offset(block.s_px[lane], block.t[lane])) * per_band;
-      const float r2 = r * r;
-      const float weight = std::max(1 - r2, 0.0F) * block.present[lane];
-      add_monomials(block.s_px[lane], block.t[lane], block.d[lane], weight, lanes.column(lane));
-      squares[lane] += weight * r2;
-      counts[lane] += weight > 0 ? 1.0F : 0.0F;
-    }
-  }
+  lanes.visit(events, [&](float s_px, float t, float d, float present, auto&& sums) {
+    const float r = (d - line.offset(s_px, t)) * per_band;
+    const float r2 = r * r;
+    const float weight = std::max(1 - r2, 0.0F) * present;
+    add_monomials(s_px, t, d, weight, sums);
+    sums[Lanes::kSquare] += weight * r2;
+    sums[Lanes::kCount] += weight > 0 ? 1.0F : 0.0F;
+  });
   lanes.add_to(sums_);
   WeightedSupport support;
-  support.events = static_cast<std::uint32_t>(Lanes::sum(counts));
-  support.weight = Lanes::sum(lanes.sums[k1]);
-  support.square = Lanes::sum(squares);
+  support.events = static_cast<std::uint32_t>(lanes.total(Lanes::kCount));
+  support.weight = lanes.total(k1);
+  support.square = lanes.total(Lanes::kSquare);
   return support;
 }
 

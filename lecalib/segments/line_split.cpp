@@ -11,7 +11,6 @@ namespace lecalib {
 namespace {
 
 constexpr int kSlices = 8;  // of the window: one bit each
-constexpr unsigned kSliceMask = (1U << kSlices) - 1;
 constexpr unsigned kCountOne = 1U << kSlices;
 constexpr unsigned kMaxCount = 255;
 constexpr int kMotionStepPx = 2;  // along the line, during the window
@@ -20,6 +19,35 @@ constexpr int kNumMotions = 2 * kMaxMotionPx / kMotionStepPx + 1;
 constexpr int kLongRunPx = 4;  // longer runs of empty pixels are what is asked for: they do not count as usual
 constexpr float kBandSigmas = 2.5F;
 constexpr float kMinBandPx = 1.2F;
+
+/// How events of a window's slices are displaced by a motion along the line: the slices in groups displaced alike.
+class SliceShifts {
+ public:
+  explicit SliceShifts(int motion) {
+    for (int slice = 0; slice < kSlices; ++slice) {
+      const int px = motion * (2 * slice + 1 - kSlices) / (2 * kSlices);
+      if (count_ == 0 || groups_[count_ - 1].px != px) groups_[count_++] = {px, 0};
+      groups_[count_ - 1].slices |= 1U << static_cast<unsigned>(slice);
+    }
+  }
+
+  /// Whether a pixel of the row fired in any slice, seen from mid window.
+  [[nodiscard]] bool fired(Span<const std::uint16_t> row, int pixel) const {
+    for (int g = 0; g < count_; ++g) {
+      const auto i = static_cast<std::size_t>(pixel + groups_[g].px);  // before the row: beyond its end as well
+      if (i < row.size() && (row[i] & groups_[g].slices) != 0) return true;
+    }
+    return false;
+  }
+
+ private:
+  struct Group {
+    int px;
+    unsigned slices;
+  };
+  Group groups_[kSlices];
+  int count_ = 0;
+};
 
 /// A line's pixels in a row: which of them fired, when, and how often.
 class EdgeRow {
@@ -54,11 +82,12 @@ class EdgeRow {
 
   /// Writes the pieces. @return how many; none when no piece is a line of its own
   std::size_t cut(Span<MovingLine> out) const {
+    const SliceShifts shifts(motion_);
     std::size_t count = 0;
     int first = 0;
     int empty = 0;
     for (int b = 0; b <= size_; ++b) {
-      if (b < size_ && !fired(b, motion_)) {
+      if (b < size_ && !shifts.fired(row(), b)) {
         ++empty;
         continue;
       }
@@ -89,17 +118,7 @@ class EdgeRow {
     });
   }
 
-  /// Where a slice's events lie from where they would be at mid window.
-  static int shift_of(int slice, int motion) { return motion * (2 * slice + 1 - kSlices) / (2 * kSlices); }
-
-  [[nodiscard]] bool fired(int b, int motion) const {
-    if (motion == 0) return (pixels_[b] & kSliceMask) != 0;
-    for (int slice = 0; slice < kSlices; ++slice) {
-      const int i = b + shift_of(slice, motion);
-      if (i >= 0 && i < size_ && (pixels_[i] >> static_cast<unsigned>(slice) & 1U) != 0) return true;
-    }
-    return false;
-  }
+  [[nodiscard]] Span<const std::uint16_t> row() const { return {pixels_, static_cast<std::size_t>(size_)}; }
 
   /// Longest run of pixels that are empty in the window's middle, where no motion moves them: no gap is longer.
   [[nodiscard]] int longest_still_run() const {
@@ -115,12 +134,13 @@ class EdgeRow {
   }
 
   [[nodiscard]] Gaps measure(int motion) const {
+    const SliceShifts shifts(motion);
     Gaps gaps;
     int usual = 0;
     int empty = 0;
     bool inside = false;  // ends of the line are no gaps
     for (int b = 0; b < size_; ++b) {
-      if (!fired(b, motion)) {
+      if (!shifts.fired(row(), b)) {
         ++empty;
         continue;
       }

@@ -57,6 +57,7 @@ void solve_factored(Span<const double> a, std::size_t n, Span<double> x) {
 
 void EdgeOffsets::init(const CalibrationData& data, const EdgeOffsetOptions& options,
                        const EdgeOffsetWorkspace& workspace) {
+  add_covariance_ = &EdgeOffsets::do_add_covariance;
   data_ = data;
   options_ = options;
   workspace_ = workspace;
@@ -183,7 +184,7 @@ bool EdgeOffsets::solve(const Refiner& refiner, double* largest_px) {
   return true;
 }
 
-bool EdgeOffsets::add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum) {
+bool EdgeOffsets::do_add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum) {
   ReducedSystem system;
   Cholesky<9> camera;
   if (!refiner.reduced_system(&system) || !camera.factor(system.matrix) || !reduce(refiner)) return false;

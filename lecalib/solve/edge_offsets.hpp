@@ -101,10 +101,12 @@ class EdgeOffsets {
   bool solve(const Refiner& refiner, double* largest_px);
 
   /// Adds to the camera's covariance what the offsets leave uncertain: A cov(offsets) A', with A the camera's answer to
-  /// them.
+  /// them. By a pointer that init() sets, so that a program which never has offsets does not hold the code.
   /// @param scale of cov(offsets)
   /// @return false, *sum unchanged, where the equations are singular
-  bool add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum);
+  bool add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum) {
+    return (this->*add_covariance_)(refiner, scale, sum);
+  }
 
   /// Marks the points of the rarer side of lines that are not drawn ones: strays.
   void mark_strays(Span<std::uint8_t> marks) const;
@@ -115,6 +117,7 @@ class EdgeOffsets {
   bool mark_wrong_lines(Span<std::uint8_t> marks);
 
  private:
+  bool do_add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum);
   void restart();
   void add_line(std::size_t line);
   void add(std::size_t slot, double sigma);
@@ -126,6 +129,8 @@ class EdgeOffsets {
   EdgeOffsetOptions options_;
   EdgeOffsetWorkspace workspace_;
   std::size_t size_ = 0;
+  bool (EdgeOffsets::*add_covariance_)(const Refiner& refiner, double scale,
+                                       Eigen::Matrix<double, 9, 9>* sum) = nullptr;
 };
 
 }  // namespace lecalib

@@ -41,8 +41,8 @@ std::vector<std::size_t> capacities_for(std::size_t events) {
   return events > kThinning ? std::vector<std::size_t>{kThinning, events} : std::vector<std::size_t>{kThinning};
 }
 
-const char* name_of(DetectorKind kind) { return kind == DetectorKind::fast ? "fast" : "reference"; }
-constexpr DetectorKind kKinds[] = {DetectorKind::fast, DetectorKind::reference};
+const char* name_of(LineFinder finder) { return finder == fast_detector ? "fast" : "reference"; }
+constexpr LineFinder kFinders[] = {fast_detector, reference_detector};
 
 void print_heading() {
   std::printf("%-16s %9s %9s %-9s %6s %6s %6s %8s", "scene", "events", "capacity", "detector", "recall", "prec", "px",
@@ -53,9 +53,9 @@ void print_heading() {
   std::printf(" %8s %8s\n", "ms", "B/event");
 }
 
-void print_row(const std::vector<Scene>& scenes, DetectorKind kind, std::size_t capacity, const Measurement& m) {
+void print_row(const std::vector<Scene>& scenes, LineFinder finder, std::size_t capacity, const Measurement& m) {
   const auto count = static_cast<double>(scenes.size());
-  std::printf("%-16s %9.0f %9zu %-9s", scenes.front().name.c_str(), m.events / count, capacity, name_of(kind));
+  std::printf("%-16s %9.0f %9zu %-9s", scenes.front().name.c_str(), m.events / count, capacity, name_of(finder));
   if (m.quality.is_known()) {
     std::printf(" %6.3f %6.3f %6.3f", m.quality.recall(), m.quality.precision(), m.quality.median_px());
   } else {
@@ -98,8 +98,8 @@ double run_clusters(std::size_t lines, double distortion, const Settings& settin
     for (std::size_t k = 0; k < 2; ++k) {
       last[k].clear();
       for (const std::size_t capacity : capacities_for(events)) {
-        last[k].push_back(measure(scenes, kKinds[k], capacity, settings.repeats));
-        print_row(scenes, kKinds[k], capacity, last[k].back());
+        last[k].push_back(measure(scenes, kFinders[k], capacity, settings.repeats));
+        print_row(scenes, kFinders[k], capacity, last[k].back());
         least = std::fmin(least, last[k].back().quality.recall());
       }
       if (first[k].empty()) first[k] = last[k];
@@ -110,7 +110,7 @@ double run_clusters(std::size_t lines, double distortion, const Settings& settin
       return std::log(many.total_ns / few.total_ns) / std::log(many.events / few.events);
     };
     std::printf("growth exponent of ns, %s, %s: %.2f thinned to %zu events, %.2f holding all\n",
-                clusters(lines, 1, distortion, 1).front().name.c_str(), name_of(kKinds[k]),
+                clusters(lines, 1, distortion, 1).front().name.c_str(), name_of(kFinders[k]),
                 exponent(first[k].front(), last[k].front()), kThinning, exponent(first[k].back(), last[k].back()));
   }
   return least;
@@ -120,9 +120,9 @@ void run_worst_cases(const Settings& settings) {
   for (const auto make : {make_texture, make_short_edges, make_pixels_in_turn, make_dense_grid}) {
     for (const std::size_t events : settings.worst_events) {
       const std::vector<Scene> scenes = {make(events)};
-      for (const DetectorKind kind : kKinds) {
+      for (const LineFinder finder : kFinders) {
         for (const std::size_t capacity : capacities_for(events)) {
-          print_row(scenes, kind, capacity, measure(scenes, kind, capacity, settings.repeats));
+          print_row(scenes, finder, capacity, measure(scenes, finder, capacity, settings.repeats));
         }
       }
     }
@@ -137,9 +137,9 @@ void print_memory() {
   std::printf("\n%-9s %-9s %9s %10s %8s\n", "detector", "sensor", "capacity", "bytes", "B/event");
   for (const Size& size : {Size{320, 320, 4'000}, Size{346, 260, 20'000}, Size{640, 480, 20'000},
                            Size{640, 480, 60'000}, Size{1280, 720, 60'000}}) {
-    for (const DetectorKind kind : kKinds) {
-      const std::size_t bytes = arena_bytes(kind, size.events, size.width, size.height);
-      std::printf("%-9s %4ux%-4u %9zu %10zu %8.1f\n", name_of(kind), unsigned{size.width}, unsigned{size.height},
+    for (const LineFinder finder : kFinders) {
+      const std::size_t bytes = arena_bytes(finder, size.events, size.width, size.height);
+      std::printf("%-9s %4ux%-4u %9zu %10zu %8.1f\n", name_of(finder), unsigned{size.width}, unsigned{size.height},
                   size.events, bytes, static_cast<double>(bytes) / static_cast<double>(size.events));
     }
   }
@@ -152,15 +152,15 @@ bool run_recordings(const Settings& settings) {
   std::printf("%-9s %10s %8s %8s %8s %8s %8s %8s %8s\n", "detector", "events", "windows", "lines", "Mev/s", "read",
               "decode", "cut", "detect");
   for (const auto& [path, sensor] : settings.recordings) {
-    for (const DetectorKind kind : kKinds) {
-      const auto result = measure_recording(path, sensor, kind);
+    for (const LineFinder finder : kFinders) {
+      const auto result = measure_recording(path, sensor, finder);
       if (!result.ok()) {
         std::fprintf(stderr, "%s\n", host::to_string(result.error()).c_str());
         return false;
       }
       const Throughput& t = result.value();
       const double total_ns = t.read_ns + t.decode_ns + t.window_ns + t.detect_ns;
-      std::printf("%-9s %10.0f %8.0f %8.0f %8.2f %8.1f %8.1f %8.1f %8.1f  %s\n", name_of(kind), t.events, t.windows,
+      std::printf("%-9s %10.0f %8.0f %8.0f %8.2f %8.1f %8.1f %8.1f %8.1f  %s\n", name_of(finder), t.events, t.windows,
                   t.lines, 1e3 * t.events / total_ns, t.read_ns / t.events, t.decode_ns / t.events,
                   t.window_ns / t.events, t.detect_ns / t.events, path.c_str());
       std::fflush(stdout);

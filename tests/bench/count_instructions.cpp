@@ -112,7 +112,7 @@ void refine() {
   Arena arena(solver_memory);
   MonoSolverWorkspace workspace;
   if (!carve(arena, kSolverCapacities, &workspace)) return;
-  Status status = solver.init(data, {}, workspace, &start);
+  Status status = solver.init(data, {}, workspace, start);
   while (status == Status::ok || status == Status::in_progress) {
     mark();
     status = solver.step();

@@ -16,23 +16,23 @@ namespace {
 
 using host::thread_cpu_ns;
 
-DetectorCapacities capacities_for(DetectorKind kind, std::size_t events, std::uint16_t width, std::uint16_t height) {
+DetectorCapacities capacities_for(LineFinder finder, std::size_t events, std::uint16_t width, std::uint16_t height) {
   DetectorCapacities capacities;
   capacities.events = events;
   capacities.width = width;
   capacities.height = height;
-  if (kind == DetectorKind::fast) capacities.surface_points = capacities.regions = 0;
+  if (finder == fast_detector) capacities.surface_points = capacities.regions = 0;
   return capacities;
 }
 
 /// A detector with its memory.
 class Detector {
  public:
-  Detector(DetectorKind kind, const DetectorCapacities& capacities)
+  Detector(LineFinder finder, const DetectorCapacities& capacities)
       : bytes_(detector_bytes(capacities)), block_(bytes_), lines_(capacities.lines) {
     Arena arena(block_.memory());
     if (!carve(arena, capacities, &workspace_)) std::abort();
-    options_.kind = kind;
+    options_.find_lines = finder;
     options_.cloud.width = capacities.width;
     options_.cloud.height = capacities.height;
     options_.clock_ns = &thread_cpu_ns;
@@ -66,12 +66,12 @@ class Detector {
 
 }  // namespace
 
-std::size_t arena_bytes(DetectorKind kind, std::size_t events, std::uint16_t width, std::uint16_t height) {
-  return detector_bytes(capacities_for(kind, events, width, height));
+std::size_t arena_bytes(LineFinder finder, std::size_t events, std::uint16_t width, std::uint16_t height) {
+  return detector_bytes(capacities_for(finder, events, width, height));
 }
 
-Measurement measure(const std::vector<Scene>& scenes, DetectorKind kind, std::size_t capacity, int repeats) {
-  Detector detector(kind, capacities_for(kind, capacity, scenes.front().width, scenes.front().height));
+Measurement measure(const std::vector<Scene>& scenes, LineFinder finder, std::size_t capacity, int repeats) {
+  Detector detector(finder, capacities_for(finder, capacity, scenes.front().width, scenes.front().height));
   Measurement sum;
   sum.bytes_per_event = static_cast<double>(detector.bytes()) / static_cast<double>(capacity);
   for (const Scene& scene : scenes) {
@@ -92,7 +92,7 @@ Measurement measure(const std::vector<Scene>& scenes, DetectorKind kind, std::si
   return sum;
 }
 
-host::Result<Throughput> measure_recording(const std::string& path, const std::string& sensor, DetectorKind kind) {
+host::Result<Throughput> measure_recording(const std::string& path, const std::string& sensor, LineFinder finder) {
   SensorSize given;
   if (!sensor.empty()) {
     const auto size = host::parse_sensor(sensor);
@@ -105,8 +105,8 @@ host::Result<Throughput> measure_recording(const std::string& path, const std::s
   host::EventFile file = std::move(opened).value();
 
   const DetectorCapacities capacities =
-      capacities_for(kind, DetectorCapacities().events, file.sensor().width, file.sensor().height);
-  Detector detector(kind, capacities);
+      capacities_for(finder, DetectorCapacities().events, file.sensor().width, file.sensor().height);
+  Detector detector(finder, capacities);
   std::vector<Event> storage(capacities.events);
   std::vector<float> travels(capacities.lines);
   WindowOptions options;

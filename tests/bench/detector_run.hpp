@@ -23,13 +23,13 @@ struct Measurement {
 };
 
 /// Bytes of the arena that a detector of this capacity needs.
-std::size_t arena_bytes(DetectorKind kind, std::size_t events, std::uint16_t width, std::uint16_t height);
+std::size_t arena_bytes(LineFinder finder, std::size_t events, std::uint16_t width, std::uint16_t height);
 
 /// Detects the lines of each scene. Times are CPU times, for each scene those of the fastest of `repeats` runs: what
 /// else the machine does only adds. Ends the program when a detection fails.
 /// @param scenes of one sensor
 /// @param capacity events that the detector holds; it thins what is more
-Measurement measure(const std::vector<Scene>& scenes, DetectorKind kind, std::size_t capacity, int repeats);
+Measurement measure(const std::vector<Scene>& scenes, LineFinder finder, std::size_t capacity, int repeats);
 
 /// A recording from its bytes to its lines.
 struct Throughput {
@@ -39,6 +39,6 @@ struct Throughput {
 
 /// With windows that follow the motion, as `lecalib detect` does it.
 /// @param sensor "640x480"; may be empty when the file states it
-host::Result<Throughput> measure_recording(const std::string& path, const std::string& sensor, DetectorKind kind);
+host::Result<Throughput> measure_recording(const std::string& path, const std::string& sensor, LineFinder finder);
 
 }  // namespace lecalib::bench

@@ -6,7 +6,7 @@
 cmake_minimum_required(VERSION 3.25)
 
 # What may stay undefined in the library: what compilers call on their own, and what every libm rounds exactly.
-set(compiler "^(mem(cpy|move|set|cmp)|__stack_chk_fail|_GLOBAL_OFFSET_TABLE_|__(aeabi_|popcount|clz|ctz|u?(div|mod|mul)).*)$")
+set(compiler "^(mem(cpy|move|set|cmp)|__stack_chk_fail|_GLOBAL_OFFSET_TABLE_|__(aeabi_|popcount|clz|ctz|bswap|u?(div|mod|mul)).*)$")
 set(exact "^(sqrt|floor|ceil|fmod|ldexp)f?$")
 
 execute_process(COMMAND ${NM} --print-file-name --extern-only --portability ${LIBRARY}

@@ -22,14 +22,15 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"match", {"core", "math"}},
     {"solve", {"core", "math"}},
     {"pipeline", {"core", "math", "events", "planes", "segments", "match", "solve"}},
+    {"c", {"core", "pipeline"}},
     {"host", {"core", "math", "events", "planes", "segments", "match", "solve", "pipeline"}},
     {"usb", {"core", "events", "host"}},
 };
 
 // Rooms that run on a microcontroller take only these headers of the standard library: they neither allocate nor print.
-const std::set<std::string> kFreestandingEnough = {"algorithm", "array",       "atomic",      "cmath",
-                                                   "cstddef",   "cstdint",     "cstring",     "limits",
-                                                   "numeric",   "string_view", "type_traits", "utility"};
+const std::set<std::string> kFreestandingEnough = {"algorithm",   "array",       "atomic", "cmath", "cstddef",
+                                                   "cstdint",     "cstring",     "limits", "new",   "numeric",
+                                                   "string_view", "type_traits", "utility"};
 
 bool is_host(const std::string& room) { return room == "host" || room == "usb"; }
 

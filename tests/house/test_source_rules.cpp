@@ -62,12 +62,13 @@ bool allocates_throws_or_prints(const Word& word) {
       "any",      "deque",       "function",   "inplace_merge",    "list",   "map",           "set",    "shared_ptr",
       "string",   "stable_sort", "unique_ptr", "unordered_map",    "vector", "unordered_set", "thread", "mutex",
       "iostream", "cout",        "cerr",       "stable_partition", "sort"};  // recurses; std::sort_heap does not
-  static const std::set<std::string> anywhere = {"alloca", "calloc",  "catch",    "dynamic_cast", "goto",
-                                                 "malloc", "new",     "printf",   "puts",         "throw",
-                                                 "try",    "realloc", "snprintf", "typeid"};
+  static const std::set<std::string> anywhere = {"alloca",  "calloc",   "catch", "dynamic_cast", "goto",
+                                                 "malloc",  "printf",   "puts",  "throw",        "try",
+                                                 "realloc", "snprintf", "typeid"};
   static const std::set<std::string> dynamic_eigen = {"MatrixXd", "MatrixXf", "VectorXd", "VectorXf",
                                                       "ArrayXd",  "ArrayXf",  "ArrayXXd", "ArrayXXf"};
-  if (word.text == "delete") return word.next != ';';  // "= delete;" is fine
+  if (word.text == "new") return word.next != '(' && word.next != '>';  // in bytes that are there, and <new>, are fine
+  if (word.text == "delete") return word.next != ';';                   // "= delete;" is fine
   if (word.text == "assert" || word.text == "free") return word.next == '(';
   return (word.of_std && from_std.count(word.text) == 1) || anywhere.count(word.text) == 1 ||
          dynamic_eigen.count(word.text) == 1;
@@ -120,6 +121,7 @@ TEST_CASE("house: the source rules object to what they should") {
   };
   CHECK(objects(allocates_throws_or_prints, "std::vector<int> a;"));
   CHECK(objects(allocates_throws_or_prints, "int* a = new int;"));
+  CHECK_FALSE(objects(allocates_throws_or_prints, "int* a = new (b) int;"));
   CHECK(objects(allocates_throws_or_prints, "delete a;"));
   CHECK(objects(allocates_throws_or_prints, "assert(a);"));
   CHECK_FALSE(objects(allocates_throws_or_prints, "A(const A&) = delete;"));

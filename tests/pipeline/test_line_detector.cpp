@@ -28,7 +28,7 @@ DetectorCapacities capacities_for(const SceneOptions& scene, std::size_t events)
 /// A detector in exactly the memory that it asks for.
 struct Detector {
   Detector(const SceneOptions& scene, std::size_t events) : Detector(scene, capacities_for(scene, events)) {}
-  Detector(const SceneOptions& scene, DetectorKind kind) : Detector(scene, 60000) { options.kind = kind; }
+  Detector(const SceneOptions& scene, LineFinder finder) : Detector(scene, 60000) { options.find_lines = finder; }
   Detector(const SceneOptions& scene, const DetectorCapacities& capacities)
       : memory(detector_bytes(capacities)), lines(64) {
     REQUIRE(carve(memory.arena(), capacities, &workspace));
@@ -46,7 +46,7 @@ struct Detector {
   DetectorStats stats;
 };
 
-constexpr DetectorKind kKinds[] = {DetectorKind::fast, DetectorKind::reference};
+constexpr LineFinder kFinders[] = {fast_detector, reference_detector};
 
 /// The found line that lies on the edge at both ends of the window, or null.
 const EventLine* find_edge(const Detector& detector, const MovingEdge& edge, double max_distance_px) {
@@ -74,14 +74,14 @@ std::vector<MovingEdge> box() {
 }  // namespace
 
 TEST_CASE("detector: every edge of a moving box is found at both ends of the window, and nothing else") {
-  for (const DetectorKind kind : kKinds) {
+  for (const LineFinder finder : kFinders) {
     SceneOptions scene;
     scene.noise_events = 1500;
     const std::vector<MovingEdge> edges = box();
     for (const double events_per_px : {3.0, 6.0, 25.0}) {
       scene.events_per_px = events_per_px;
       const std::vector<Event> events = make_events(edges, scene, 3);
-      Detector detector(scene, kind);
+      Detector detector(scene, finder);
       REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
       CHECK(detector.count == edges.size());
       for (const MovingEdge& edge : edges) {
@@ -98,7 +98,7 @@ TEST_CASE("detector: every edge of a moving box is found at both ends of the win
 }
 
 TEST_CASE("detector: noise alone makes no lines") {
-  for (const DetectorKind kind : kKinds) {
+  for (const LineFinder finder : kFinders) {
     for (const std::uint16_t width : {std::uint16_t{240}, std::uint16_t{1280}}) {
       SceneOptions scene;
       scene.width = width;
@@ -106,7 +106,7 @@ TEST_CASE("detector: noise alone makes no lines") {
       for (const std::size_t noise : {std::size_t{500}, std::size_t{5000}, std::size_t{50000}}) {
         scene.noise_events = noise;
         const std::vector<Event> events = make_events({}, scene, noise);
-        Detector detector(scene, kind);
+        Detector detector(scene, finder);
         REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
         CHECK(detector.count == 0);
       }
@@ -120,7 +120,7 @@ TEST_CASE("detector: the polygon edges of a real recording that move across them
     MESSAGE("skipped: no shared data");
     return;
   }
-  for (const DetectorKind kind : kKinds) {
+  for (const LineFinder finder : kFinders) {
     SceneOptions scene;
     scene.width = 240;
     scene.height = 180;
@@ -139,7 +139,7 @@ TEST_CASE("detector: the polygon edges of a real recording that move across them
           {t_us, static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), static_cast<std::uint8_t>(polarity)});
     }
     REQUIRE(events.size() > 1000);
-    Detector detector(scene, kind);
+    Detector detector(scene, finder);
     REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
     // Read off a picture of these events: the triangle's sides and the bar's long ones, at mid window.
     const Segment edges[] = {
@@ -158,13 +158,13 @@ TEST_CASE("detector: the polygon edges of a real recording that move across them
 }
 
 TEST_CASE("detector: a window beyond the capacity is thinned, counted, and its lines are found") {
-  for (const DetectorKind kind : kKinds) {
+  for (const LineFinder finder : kFinders) {
     SceneOptions scene;
     scene.events_per_px = 60;
     const std::vector<MovingEdge> edges = box();
     const std::vector<Event> events = make_events(edges, scene);
     Detector detector(scene, 10000);
-    detector.options.kind = kind;
+    detector.options.find_lines = finder;
     REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
     CHECK(detector.stats.cloud.thinned == events.size() - 10000);
     for (const MovingEdge& edge : edges) CHECK(find_edge(detector, edge, 0.4) != nullptr);
@@ -172,13 +172,13 @@ TEST_CASE("detector: a window beyond the capacity is thinned, counted, and its l
 }
 
 TEST_CASE("detector: lines that cross are found whole") {
-  for (const DetectorKind kind : kKinds) {
+  for (const LineFinder finder : kFinders) {
     SceneOptions scene;
     const std::vector<MovingEdge> edges = {{{30, 40, 310, 210}, {34, 37, 314, 207}, 1},
                                            {{40, 200, 300, 60}, {44, 204, 304, 64}, 1},
                                            {{20, 120, 330, 125}, {20, 125, 330, 130}, 1}};
     const std::vector<Event> events = make_events(edges, scene);
-    Detector detector(scene, kind);
+    Detector detector(scene, finder);
     REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
     CHECK(detector.count == edges.size());
     for (const MovingEdge& edge : edges) {
@@ -193,14 +193,14 @@ TEST_CASE("detector: lines that cross are found whole") {
 }
 
 TEST_CASE("detector: the output holds the strongest lines when it is too small, and the rest is counted") {
-  for (const DetectorKind kind : kKinds) {
+  for (const LineFinder finder : kFinders) {
     SceneOptions scene;
     const std::vector<Event> events = make_events(box(), scene);
-    Detector all(scene, kind);
+    Detector all(scene, finder);
     REQUIRE(all.detect(window_of(scene, events)) == Status::ok);
     REQUIRE(all.count == 9);
     for (const std::size_t room : {std::size_t{9}, std::size_t{8}, std::size_t{0}}) {
-      Detector detector(scene, kind);
+      Detector detector(scene, finder);
       detector.lines.resize(room);
       REQUIRE(detector.detect(window_of(scene, events)) == Status::ok);
       CHECK(detector.count == room);
@@ -216,28 +216,28 @@ TEST_CASE("detector: a workspace for fewer regions or lines drops and counts") {
   DetectorCapacities capacities = capacities_for(scene, 60000);
   capacities.lines = 4;
   Detector few_lines(scene, capacities);
-  few_lines.options.kind = DetectorKind::reference;
+  few_lines.options.find_lines = reference_detector;
   REQUIRE(few_lines.detect(window_of(scene, events)) == Status::ok);
   CHECK(few_lines.count == 4);
   CHECK(few_lines.stats.lines_dropped > 0);
   capacities.regions = 3;
   Detector few_regions(scene, capacities);
-  few_regions.options.kind = DetectorKind::reference;
+  few_regions.options.find_lines = reference_detector;
   REQUIRE(few_regions.detect(window_of(scene, events)) == Status::ok);
   CHECK(few_regions.count <= 3);
   CHECK(few_regions.stats.regions.dropped > 0);
 }
 
 TEST_CASE("detector: shifting the window in time changes nothing, and the same bytes give the same bits") {
-  for (const DetectorKind kind : kKinds) {
+  for (const LineFinder finder : kFinders) {
     SceneOptions scene;
     scene.noise_events = 1000;
     std::vector<Event> events = make_events(box(), scene);
-    Detector first(scene, kind);
+    Detector first(scene, finder);
     REQUIRE(first.detect(window_of(scene, events)) == Status::ok);
     for (Event& e : events) e.t_us += 913700000000;
     scene.begin_us += 913700000000;
-    Detector second(scene, kind);
+    Detector second(scene, finder);
     REQUIRE(second.detect(window_of(scene, events)) == Status::ok);
     REQUIRE(second.count == first.count);
     for (std::size_t i = 0; i < first.count; ++i) {
@@ -251,10 +251,10 @@ TEST_CASE("detector: shifting the window in time changes nothing, and the same b
 }
 
 TEST_CASE("detector: nothing is allocated, and stages are timed by the given clock") {
-  for (const DetectorKind kind : kKinds) {
+  for (const LineFinder finder : kFinders) {
     SceneOptions scene;
     const std::vector<Event> events = make_events(box(), scene);
-    Detector detector(scene, kind);
+    Detector detector(scene, finder);
     detector.options.clock_ns = [] {
       static std::uint64_t now = 0;
       return now += 1000;
@@ -269,7 +269,7 @@ TEST_CASE("detector: nothing is allocated, and stages are timed by the given clo
       const auto stage = static_cast<DetectorStage>(i);
       const bool of_planes =
           stage == DetectorStage::normals || stage == DetectorStage::planes || stage == DetectorStage::segments;
-      const bool of_kind = kind == DetectorKind::fast ? !of_planes : stage != DetectorStage::seeds;
+      const bool of_kind = finder == fast_detector ? !of_planes : stage != DetectorStage::seeds;
       const bool runs = of_kind && stage != DetectorStage::edges;  // not asked for
       CHECK(detector.stats.stage_ns[i] == (runs ? 1000U : 0U));
       CHECK(std::strcmp(to_string(stage), "unknown") != 0);
@@ -302,7 +302,7 @@ TEST_CASE("detector: bad options, windows and workspaces are told apart") {
   SceneOptions scene;
   const std::vector<Event> events = make_events(box(), scene);
   const EventWindow window = window_of(scene, events);
-  Detector detector(scene, DetectorKind::reference);
+  Detector detector(scene, reference_detector);
   CHECK(detector.detect({5, 5, {}}) == Status::invalid_argument);
   detector.options.cloud.width = 0;
   CHECK(detector.detect(window) == Status::invalid_argument);
@@ -315,6 +315,9 @@ TEST_CASE("detector: bad options, windows and workspaces are told apart") {
   detector.options.regions.reach_px = 0;
   CHECK(detector.detect(window) == Status::invalid_argument);
   detector.options.regions.reach_px = 8;
+  detector.options.find_lines = nullptr;
+  CHECK(detector.detect(window) == Status::invalid_argument);
+  detector.options.find_lines = reference_detector;
   CHECK(detector.detect(window) == Status::ok);
   CHECK(detector.detect({scene.begin_us, scene.begin_us + 10, {}}) == Status::ok);
   CHECK(detector.count == 0);

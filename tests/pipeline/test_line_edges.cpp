@@ -27,7 +27,7 @@ struct EdgeDetector {
     REQUIRE(carve(memory->arena(), capacities, &workspace));
     options.cloud.width = scene.width;
     options.cloud.height = scene.height;
-    options.find_edges = true;
+    options.find_edges = line_edges;
   }
   /// The line with most events, or null.
   const EventLine* detect(const SceneOptions& scene, const std::vector<Event>& events) {
@@ -145,7 +145,7 @@ TEST_CASE("line edges: thinned windows have none, and nobody has who did not ask
   REQUIRE(line != nullptr);
   CHECK(line->edge.crossings > 0);
   CHECK(detector.stats.crossings_dropped == 0);
-  detector.options.find_edges = false;
+  detector.options.find_edges = nullptr;
   line = detector.detect(scene, events);
   REQUIRE(line != nullptr);
   CHECK(line->edge.crossings == 0);

@@ -144,7 +144,7 @@ TEST_CASE("a mono calibrator refuses wrong arguments and calls out of turn") {
   many_points.points.points_per_line = c.points_per_line + 1;
   CHECK(calibrator.init(memory.span(), c, many_points, kBox) == Status::capacity_exceeded);
   MonoOptions reference;
-  reference.detector.kind = DetectorKind::reference;
+  reference.detector.find_lines = reference_detector;
   CHECK(calibrator.init(memory.span(), c, reference, kBox) == Status::capacity_exceeded);
   Capacities with_reference = c;
   with_reference.reference_detector = true;

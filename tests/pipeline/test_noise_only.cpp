@@ -43,7 +43,7 @@ std::vector<Event> noise(const Sensor& sensor, std::uint32_t rate_hz, std::int64
 
 /// Lines found in events that are cut into windows of one length.
 std::size_t count_lines(const Sensor& sensor, const std::vector<Event>& events, std::int64_t window_us,
-                        DetectorKind kind) {
+                        LineFinder finder) {
   DetectorCapacities capacities;
   capacities.width = sensor.width;
   capacities.height = sensor.height;
@@ -51,7 +51,7 @@ std::size_t count_lines(const Sensor& sensor, const std::vector<Event>& events, 
   DetectorWorkspace workspace;
   REQUIRE(carve(memory.arena(), capacities, &workspace));
   DetectorOptions options;
-  options.kind = kind;
+  options.find_lines = finder;
   options.cloud.width = sensor.width;
   options.cloud.height = sensor.height;
   std::vector<EventLine> lines(64);
@@ -75,8 +75,8 @@ TEST_CASE("noise only: background activity makes fewer than one line per second,
   for (const std::int64_t window_us : {5'000, 10'000, 20'000, 50'000, 100'000}) {
     CAPTURE(window_us);
     const auto seed = static_cast<std::uint64_t>(window_us);
-    CHECK(count_lines(kDavis, noise(kDavis, 5, 1'000'000, seed), window_us, DetectorKind::fast) < 1);
-    CHECK(count_lines(kDavis, noise(kDavis, 5, 200'000, seed), window_us, DetectorKind::reference) < 1);
+    CHECK(count_lines(kDavis, noise(kDavis, 5, 1'000'000, seed), window_us, fast_detector) < 1);
+    CHECK(count_lines(kDavis, noise(kDavis, 5, 200'000, seed), window_us, reference_detector) < 1);
   }
 }
 
@@ -90,7 +90,7 @@ TEST_CASE("noise only: 1, 5 and 20 Hz per pixel make fewer than one line per sec
         CAPTURE(rate_hz);
         CAPTURE(window_us);
         const std::int64_t duration_us = sensor.width * rate_hz > 6000 ? window_us : 3 * window_us;
-        CHECK(count_lines(sensor, noise(sensor, rate_hz, duration_us, rate_hz), window_us, DetectorKind::fast) < 1);
+        CHECK(count_lines(sensor, noise(sensor, rate_hz, duration_us, rate_hz), window_us, fast_detector) < 1);
       }
     }
   }

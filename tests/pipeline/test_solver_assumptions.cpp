@@ -33,7 +33,7 @@ CalibrationResult solve(const SyntheticViews& s, const MonoSolverOptions& option
   REQUIRE(carve(memory.arena(), capacities, &workspace));
   const auto solver = std::make_unique<MonoSolver>();
   const MonoStart start = {s.camera, s.poses};
-  Status status = solver->init(data, options, workspace, &start);
+  Status status = solver->init(data, options, workspace, start);
   while (status == Status::ok || status == Status::in_progress) {
     status = solver->step();
     if (status == Status::ok) break;

@@ -20,7 +20,7 @@ struct SolverRun {
       : memory(required_bytes(capacities_for(data))) {
     REQUIRE(carve(memory.arena(), capacities_for(data), &workspace));
     const AllocScope heap;
-    status = solver.init(data, options, workspace, start);
+    status = start != nullptr ? solver.init(data, options, workspace, *start) : solver.init(data, options, workspace);
     if (status == Status::ok) {
       do {
         status = solver.step();
