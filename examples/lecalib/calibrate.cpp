@@ -10,6 +10,8 @@
 #include "commands.hpp"
 #include "event_options.hpp"
 #include "lecalib/host/file_io.hpp"
+#include "lecalib/host/text.hpp"
+#include "lecalib/math/so3.hpp"
 
 namespace lecalib::command {
 namespace {
@@ -28,6 +30,9 @@ void check_options(const CalibrateOptions& options) {
   }
   if (options.model.empty() == options.target.empty()) {
     fail({"calibrate needs either --model FILE or --target SPEC"});
+  }
+  if (!options.observations.empty() && (options.focal_px > 0 || !options.hint_pose.empty())) {
+    fail({"--focal and --hint-pose help to find the object in EVENTS; with --observations that is known"});
   }
   const auto model = static_cast<std::size_t>(distortion_model(options.distortion));
   if (options.free_k3 && !kHasIntrinsic[model][kNumIntrinsics - 1]) {
@@ -58,6 +63,17 @@ void write_results(const std::string& folder, const host::CalibrationReport& rep
   check(host::write_file(folder + "/" + kJsonName, calibration_json(report)));
 }
 
+/// On stderr: what would make the answer better, or an answer possible.
+void print_hints(const host::CalibrationReport& report) {
+  if (!report.diagnostics.coverage) return;
+  const Coverage& coverage = *report.diagnostics.coverage;
+  for (std::size_t i = 0; i < coverage.num_hints(); ++i) {
+    if (coverage.hints[i] != CoverageHint::enough) {
+      std::fprintf(stderr, "hint: %s\n", host::advice(coverage.hints[i]).c_str());
+    }
+  }
+}
+
 void run(const CalibrateOptions& options) {
   check_options(options);
   if (!options.out.empty()) check(host::make_folder(options.out));
@@ -71,6 +87,7 @@ void run(const CalibrateOptions& options) {
     throw;
   }
   if (!options.out.empty()) write_results(options.out, report);
+  print_hints(report);
   if (report.status != Status::ok) {
     fail({"no camera (" + std::string(to_string(report.status)) + "): " + report.diagnostics.reason});
   }
@@ -100,6 +117,21 @@ void add_inputs(CLI::App* command, CalibrateOptions* options) {
   add_sensor_option(command, &options->sensor);
 }
 
+void add_hints(CLI::App* command, CalibrateOptions* options) {
+  command
+      ->add_option(
+          "--focal", options->focal_px,
+          "Hint for EVENTS, no measurement: the focal length to about 20 %, tried first and believed where two "
+          "explanations are as good")
+      ->type_name("PX")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--hint-pose", options->hint_pose,
+                   "Hint for EVENTS: from model to camera where the object is first seen, rotation vector (rad) and "
+                   "translation (m), to about 20 degrees and a third of the distance")
+      ->type_name("RX,RY,RZ,TX,TY,TZ");
+}
+
 }  // namespace
 
 void CalibrateOptions::apply(MonoSolverOptions* solver) const {
@@ -109,6 +141,24 @@ void CalibrateOptions::apply(MonoSolverOptions* solver) const {
   solver->policy.free_centre = !hold_centre;
   solver->reject_lines = !trust_lines;
   if (max_focal_sigma > 0) solver->plausibility.max_focal_sigma = max_focal_sigma;
+}
+
+MatchHints CalibrateOptions::hints() const {
+  MatchHints hints;
+  hints.focal_px = focal_px;
+  if (!hint_pose.empty()) {
+    std::vector<double> values;
+    for (const host::Field& field : host::split(hint_pose, ',')) {
+      if (const auto number = host::parse_number(field.text)) values.push_back(*number);
+    }
+    if (values.size() != 6 || host::split(hint_pose, ',').size() != 6) {
+      fail({"--hint-pose: expected RX,RY,RZ,TX,TY,TZ, found " + host::quoted(hint_pose)});
+    }
+    hints.has_pose = true;
+    hints.T_cam_world =
+        make_pose(so3_exp(Vec3(values[0], values[1], values[2])), Vec3(values[3], values[4], values[5]));
+  }
+  return hints;
 }
 
 void add_calibrate(CLI::App& app) {
@@ -139,6 +189,7 @@ void add_calibrate(CLI::App& app) {
       ->type_name("X")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
+  add_hints(command, options.get());
   command->add_flag("--free-k3", options->free_k3, "Estimate k3 (r^6) too; for wide lenses seen to their rim");
   command->add_flag("--no-distortion", options->hold_distortion, "Hold all distortion coefficients at 0");
   command->add_flag("--centred", options->hold_centre, "Hold the principal point at the image's centre");

@@ -7,6 +7,7 @@
 
 #include "lecalib/host/calibration_report.hpp"
 #include "lecalib/host/model_file.hpp"
+#include "lecalib/match/match_hints.hpp"
 #include "lecalib/pipeline/mono_solver.hpp"
 #include "lecalib/solve/gyro_prior.hpp"
 
@@ -28,9 +29,13 @@ struct CalibrateOptions {
   GyroOptions gyro_noise;      ///< what its readings are off
   bool lines_only = false;     ///< leave the edges' events out, see MonoOptions::use_edges
   double max_focal_sigma = 0;  ///< share of the focal length; 0: the solver's own
+  double focal_px = 0;         ///< a hint, 0: none
+  std::string hint_pose;       ///< rx,ry,rz,tx,ty,tz; empty: none
 
   /// What the options ask of the solver; the rest stays as it is.
   void apply(MonoSolverOptions* solver) const;
+  /// What is known beforehand; ends by fail() where a hint cannot be read.
+  [[nodiscard]] MatchHints hints() const;
 };
 
 /// From measured points. Fills *report also when it ends by fail().

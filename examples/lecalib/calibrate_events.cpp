@@ -103,6 +103,7 @@ void calibrate_events(const CalibrateOptions& options, const host::Model& model,
   capacities.sensor_height = files.front().sensor().height;
   MonoOptions mono;
   options.apply(&mono.solver);
+  mono.matcher.hints = options.hints();
   mono.use_edges = !options.lines_only;
   mono.detector.clock_ns = &thread_cpu_ns;
   std::vector<GyroSample> gyro;
@@ -130,6 +131,7 @@ void calibrate_events(const CalibrateOptions& options, const host::Model& model,
   while (calibrator.step() == Status::in_progress) progress.update(static_cast<double>(calibrator.progress()));
 
   add_counts(files, calibrator.stats(), &report->diagnostics);
+  report->diagnostics.coverage = calibrator.coverage();
   report->diagnostics.cpu_ms.push_back({"match_and_solve", milliseconds(thread_cpu_ns() - begin_ns)});
   CalibrationResult result;
   result.status = calibrator.result(&result);

@@ -114,6 +114,26 @@ std::string explanation(Status status, std::uint8_t parameter) {
   }
 }
 
+std::string advice(CoverageHint hint) {
+  switch (hint) {
+    case CoverageHint::none: return "";
+    case CoverageHint::show_object: return "bring the object into view; hardly any straight edges are seen";
+    case CoverageHint::move: return "move the camera or the object; edges were seen in few places";
+    case CoverageHint::fill_left: return "show the object at the left edge of the image";
+    case CoverageHint::fill_right: return "show the object at the right edge of the image";
+    case CoverageHint::fill_top: return "show the object at the top of the image";
+    case CoverageHint::fill_bottom: return "show the object at the bottom of the image";
+    case CoverageHint::tilt: return "tilt the object, or look at it from another side";
+    case CoverageHint::roll: return "turn the camera on its side";
+    case CoverageHint::come_closer: return "come closer";
+    case CoverageHint::move_away: return "move away";
+    case CoverageHint::more_contrast:
+      return "more light or contrast; most edges of the object make about one event per pixel";
+    case CoverageHint::enough: return "enough was seen";
+  }
+  return "";
+}
+
 std::string calibration_text(const CalibrationReport& report) {
   if (report.cameras.empty()) {
     return std::string("no camera (") + to_string(report.status) + "): " + report.diagnostics.reason + "\n";
