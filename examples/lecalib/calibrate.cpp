@@ -63,14 +63,12 @@ void write_results(const std::string& folder, const host::CalibrationReport& rep
   check(host::write_file(folder + "/" + kJsonName, calibration_json(report)));
 }
 
-/// On stderr: what would make the answer better, or an answer possible.
+/// On stderr: what would make the answer better. What a refusal lacks stands in its reason.
 void print_hints(const host::CalibrationReport& report) {
   if (!report.diagnostics.coverage) return;
   const Coverage& coverage = *report.diagnostics.coverage;
-  for (std::size_t i = 0; i < coverage.num_hints(); ++i) {
-    if (coverage.hints[i] != CoverageHint::enough) {
-      std::fprintf(stderr, "hint: %s\n", host::advice(coverage.hints[i]).c_str());
-    }
+  for (std::size_t i = 0; i < coverage.num_hints() && coverage.hints[i] != CoverageHint::enough; ++i) {
+    std::fprintf(stderr, "%s %s\n", i == 0 ? "for a smaller sigma:" : "or:", host::advice(coverage.hints[i]).c_str());
   }
 }
 
@@ -87,10 +85,10 @@ void run(const CalibrateOptions& options) {
     throw;
   }
   if (!options.out.empty()) write_results(options.out, report);
-  print_hints(report);
   if (report.status != Status::ok) {
     fail({"no camera (" + std::string(to_string(report.status)) + "): " + report.diagnostics.reason});
   }
+  print_hints(report);
   std::fputs(calibration_text(report).c_str(), stdout);
   if (!options.out.empty()) {
     std::printf("written: %s/%s, %s/%s\n", options.out.c_str(), kJsonName, options.out.c_str(), kYamlName);

@@ -131,11 +131,11 @@ void calibrate_events(const CalibrateOptions& options, const host::Model& model,
   while (calibrator.step() == Status::in_progress) progress.update(static_cast<double>(calibrator.progress()));
 
   add_counts(files, calibrator.stats(), &report->diagnostics);
-  report->diagnostics.coverage = calibrator.coverage();
   report->diagnostics.cpu_ms.push_back({"match_and_solve", milliseconds(thread_cpu_ns() - begin_ns)});
   CalibrationResult result;
   result.status = calibrator.result(&result);
   add_result(result, calibrator.views(), {}, model.names, report);
+  add_coverage(calibrator.coverage(), report);
 }
 
 }  // namespace lecalib::command

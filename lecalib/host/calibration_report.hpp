@@ -82,6 +82,10 @@ struct CalibrationReport {
 void add_result(const CalibrationResult& result, Span<const View> views, const std::vector<std::string>& view_names,
                 const std::vector<std::string>& line_names, CalibrationReport* report);
 
+/// Takes over what was seen of a recording, after add_result(). The reason of a refusal that more data would mend then
+/// says what is missing.
+void add_coverage(const Coverage& coverage, CalibrationReport* report);
+
 /// One plain sentence: what a status means for somebody who calibrates a camera, and what to do about it.
 /// @param parameter index of the intrinsic it is about, or kNoParameter
 std::string explanation(Status status, std::uint8_t parameter);
