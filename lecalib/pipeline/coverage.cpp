@@ -17,6 +17,8 @@ constexpr std::size_t kUsefulLines = 4;
 constexpr std::uint32_t kFirstWindows = 4;
 /// Lines that wander over less than so many times the cells of one window have hardly moved.
 constexpr float kLeastWander = 1.5F;
+/// ... unless they are everywhere.
+constexpr float kEverywhere = 0.7F;
 /// Columns or rows of cells at each side that belong to an edge of the image.
 constexpr int kEdgeCells = 2;
 
@@ -261,7 +263,7 @@ void advise_collecting(Coverage* coverage) {
   }
   const float cells_at_once = visits / static_cast<float>(coverage->windows);
   constexpr float kCells = kCoverageRows * kCoverageColumns;
-  if (coverage->covered_share * kCells < std::min(kLeastWander * cells_at_once, 0.9F * kCells)) {
+  if (coverage->covered_share * kCells < std::min(kLeastWander * cells_at_once, kEverywhere * kCells)) {
     advise(CoverageHint::move, coverage);
   }
   for (const Side& side : kSides) {
