@@ -10,6 +10,8 @@
 #include "commands.hpp"
 #include "event_options.hpp"
 #include "lecalib/host/file_io.hpp"
+#include "lecalib/host/text.hpp"
+#include "lecalib/math/so3.hpp"
 
 namespace lecalib::command {
 namespace {
@@ -32,6 +34,9 @@ void check_options(const CalibrateOptions& options) {
   if (options.model.empty() == options.target.empty()) {
     fail({"expected either --model FILE or --target SPEC"});
   }
+  if (!options.observations.empty() && (options.focal_px > 0 || !options.hint_pose.empty())) {
+    fail({"--focal and --hint-pose help to find the object in EVENTS; with --observations that is known"});
+  }
   const auto model = static_cast<std::size_t>(distortion_model(options.distortion));
   if (options.free_k3 && !kHasIntrinsic[model][kNumIntrinsics - 1]) {
     fail({"--free-k3 does not go with --distortion " + options.distortion + ", which has k1 alone"});
@@ -48,6 +53,15 @@ void write_results(const std::string& folder, const host::CalibrationReport& rep
     std::filesystem::remove(yaml_path, ignored);
   }
   check(host::write_file(folder + "/" + kJsonName, calibration_json(report)));
+}
+
+/// On stderr: what would make the answer better. What a refusal lacks stands in its reason.
+void print_hints(const host::CalibrationReport& report) {
+  if (!report.diagnostics.coverage) return;
+  const Coverage& coverage = *report.diagnostics.coverage;
+  for (std::size_t i = 0; i < coverage.num_hints() && coverage.hints[i] != CoverageHint::enough; ++i) {
+    std::fprintf(stderr, "%s %s\n", i == 0 ? "for a smaller sigma:" : "or:", host::advice(coverage.hints[i]).c_str());
+  }
 }
 
 void run(const CalibrateOptions& options) {
@@ -71,6 +85,21 @@ void add_inputs(CLI::App* command, CalibrateOptions* options) {
   add_sensor_option(command, &options->sensor);
 }
 
+void add_hints(CLI::App* command, CalibrateOptions* options) {
+  command
+      ->add_option(
+          "--focal", options->focal_px,
+          "Hint for EVENTS, no measurement: the focal length to about 20 %, tried first and believed where two "
+          "explanations are as good")
+      ->type_name("PX")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--hint-pose", options->hint_pose,
+                   "Hint for EVENTS: from model to camera where the object is first seen, rotation vector (rad) and "
+                   "translation (m), to about 20 degrees and a third of the distance")
+      ->type_name("RX,RY,RZ,TX,TY,TZ");
+}
+
 }  // namespace
 
 void CalibrateOptions::apply(MonoSolverOptions* solver) const {
@@ -88,6 +117,24 @@ GyroOptions CalibrateOptions::gyro_options() const {
   if (gyro == kGyroOfRecording) made.bias_sigma = kBiasOfRecording;
   if (gyro_bias) made.bias_sigma = *gyro_bias;
   return made;
+}
+
+MatchHints CalibrateOptions::hints() const {
+  MatchHints hints;
+  hints.focal_px = focal_px;
+  if (!hint_pose.empty()) {
+    std::vector<double> values;
+    for (const host::Field& field : host::split(hint_pose, ',')) {
+      if (const auto number = host::parse_number(field.text)) values.push_back(*number);
+    }
+    if (values.size() != 6 || host::split(hint_pose, ',').size() != 6) {
+      fail({"--hint-pose: expected RX,RY,RZ,TX,TY,TZ, found " + host::quoted(hint_pose)});
+    }
+    hints.has_pose = true;
+    hints.T_cam_world =
+        make_pose(so3_exp(Vec3(values[0], values[1], values[2])), Vec3(values[3], values[4], values[5]));
+  }
+  return hints;
 }
 
 void run_calibration(const CalibrateOptions& options,
@@ -110,6 +157,7 @@ void run_calibration(const CalibrateOptions& options,
   if (report.status != Status::ok) {
     fail({"no camera (" + std::string(to_string(report.status)) + "): " + report.diagnostics.reason});
   }
+  print_hints(report);
   std::fputs(calibration_text(report).c_str(), stdout);
   if (!options.out.empty()) {
     std::printf("written: %s/%s, %s/%s\n", options.out.c_str(), kJsonName, options.out.c_str(), kYamlName);
@@ -153,6 +201,7 @@ void add_solver_options(CLI::App* command, CalibrateOptions* options) {
                    "One sigma of its bias, rad/s; default: 0.01, for 'recording' 0.1")
       ->type_name("X")
       ->check(CLI::NonNegativeNumber);
+  add_hints(command, options);
   command->add_flag("--free-k3", options->free_k3, "Estimate k3 (r^6) too; for wide lenses seen to their rim");
   command->add_flag("--no-distortion", options->hold_distortion, "Hold all distortion coefficients at 0");
   command->add_flag("--centred", options->hold_centre, "Hold the principal point at the image's centre");

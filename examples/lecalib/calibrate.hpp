@@ -12,6 +12,7 @@
 #include "lecalib/events/decoder.hpp"
 #include "lecalib/host/calibration_report.hpp"
 #include "lecalib/host/model_file.hpp"
+#include "lecalib/match/match_hints.hpp"
 #include "lecalib/pipeline/mono_calibrator.hpp"
 #include "progress.hpp"
 
@@ -37,11 +38,15 @@ struct CalibrateOptions {
   std::optional<double> gyro_bias;  ///< one sigma, rad/s
   bool lines_only = false;          ///< leave the edges' events out, see MonoOptions::use_edges
   double max_focal_sigma = 0;       ///< share of the focal length; 0: the solver's own
+  double focal_px = 0;              ///< a hint, 0: none
+  std::string hint_pose;            ///< rx,ry,rz,tx,ty,tz; empty: none
 
   /// What the options ask of the solver; the rest stays as it is.
   void apply(MonoSolverOptions* solver) const;
   /// What the gyro's readings are off.
   [[nodiscard]] GyroOptions gyro_options() const;
+  /// What is known beforehand; ends by fail() where a hint cannot be read.
+  [[nodiscard]] MatchHints hints() const;
 };
 
 /// Options of every way to calibrate: the model and where results go; what is known, free and refused.

@@ -121,6 +121,7 @@ void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, co
   capacities.sensor_height = sources.front()->sensor().height;
   MonoOptions mono;
   options.apply(&mono.solver);
+  mono.matcher.hints = options.hints();
   mono.use_edges = !options.lines_only;
   mono.detector.clock_ns = &thread_cpu_ns;
   std::vector<GyroSample> gyro;
@@ -154,6 +155,7 @@ void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, co
   CalibrationResult result;
   result.status = calibrator.result(&result);
   add_result(result, calibrator.views(), {}, model.names, report);
+  add_coverage(calibrator.coverage(), report);
 }
 
 void calibrate_events(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report) {

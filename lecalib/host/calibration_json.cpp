@@ -80,6 +80,34 @@ void write_view(JsonWriter* json, const ViewReport& view) {
   json->end();
 }
 
+void write_coverage(JsonWriter* json, const Coverage& coverage) {
+  json->begin_object();
+  json->key("hints");
+  json->begin_array(Layout::one_line);
+  for (std::size_t i = 0; i < coverage.num_hints(); ++i) json->value(to_string(coverage.hints[i]));
+  json->end();
+  json->member("windows", coverage.windows);
+  json->member("useful_windows", coverage.useful_windows);
+  json->member("covered_share", coverage.covered_share);
+  json->member("travel_px", coverage.travel_px);
+  json->key("cells");
+  json->begin_array();
+  for (const auto& row : coverage.cells) {
+    json->begin_array(Layout::one_line);
+    for (const std::uint16_t cell : row) json->value(cell);
+    json->end();
+  }
+  json->end();
+  if (coverage.matched_windows > 0) {
+    json->member("tilt_deg", coverage.tilt_deg);
+    json->member("roll_deg", coverage.roll_deg);
+    json->member("distance_min_m", coverage.distance_min_m);
+    json->member("distance_max_m", coverage.distance_max_m);
+  }
+  if (coverage.worst < kNumIntrinsics) json->member("worst", kIntrinsicNames[coverage.worst]);
+  json->end();
+}
+
 void write_diagnostics(JsonWriter* json, const Diagnostics& diagnostics) {
   json->begin_object();
   json->member("reason", diagnostics.reason);
@@ -89,6 +117,10 @@ void write_diagnostics(JsonWriter* json, const Diagnostics& diagnostics) {
   write_named(json, "dropped", diagnostics.dropped);
   for (const NamedNumber& number : diagnostics.numbers) json->member(number.name, number.value);
   write_named(json, "cpu_ms", diagnostics.cpu_ms);
+  if (diagnostics.coverage) {
+    json->key("coverage");
+    write_coverage(json, *diagnostics.coverage);
+  }
   json->end();
 }
 

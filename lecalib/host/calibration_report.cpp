@@ -83,6 +83,16 @@ void add_result(const CalibrationResult& result, Span<const View> views, const s
   }
 }
 
+void add_coverage(const Coverage& coverage, CalibrationReport* report) {
+  report->diagnostics.coverage = coverage;
+  const bool mendable = report->status == Status::undetermined || report->status == Status::degenerate_geometry;
+  if (!(mendable || report->status == Status::no_match) || coverage.num_hints() == 0) return;
+  std::string& reason = report->diagnostics.reason;
+  // What is missing takes the place of what might be; a model that does not fit stays the first suspicion.
+  if (mendable) reason = reason.substr(0, reason.find(';'));
+  for (std::size_t i = 0; i < coverage.num_hints(); ++i) reason += "; " + advice(coverage.hints[i]);
+}
+
 std::string explanation(Status status, std::uint8_t parameter) {
   const std::string name = parameter < kNumIntrinsics ? kIntrinsicNames[parameter] : "a parameter";
   switch (status) {
@@ -112,6 +122,26 @@ std::string explanation(Status status, std::uint8_t parameter) {
       return "the equations have no finite solution; check model and lines for gross errors";
     default: return std::string("stopped: ") + to_string(status);
   }
+}
+
+std::string advice(CoverageHint hint) {
+  switch (hint) {
+    case CoverageHint::none: return "";
+    case CoverageHint::show_object: return "bring the object into view (hardly any straight edges are seen)";
+    case CoverageHint::move: return "move the camera or the object (edges were seen in few places)";
+    case CoverageHint::fill_left: return "show the object at the left edge of the image";
+    case CoverageHint::fill_right: return "show the object at the right edge of the image";
+    case CoverageHint::fill_top: return "show the object at the top of the image";
+    case CoverageHint::fill_bottom: return "show the object at the bottom of the image";
+    case CoverageHint::tilt: return "tilt the object, or look at it from another side";
+    case CoverageHint::roll: return "turn the camera on its side";
+    case CoverageHint::come_closer: return "come closer";
+    case CoverageHint::move_away: return "move away";
+    case CoverageHint::more_contrast:
+      return "give it more light or contrast (its edges make about one event per pixel)";
+    case CoverageHint::enough: return "enough was seen";
+  }
+  return "";
 }
 
 std::string calibration_text(const CalibrationReport& report) {

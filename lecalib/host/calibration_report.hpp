@@ -4,11 +4,13 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "lecalib/core/records.hpp"
 #include "lecalib/core/status.hpp"
+#include "lecalib/pipeline/coverage.hpp"
 #include "lecalib/solve/calibration_result.hpp"
 
 namespace lecalib::host {
@@ -62,6 +64,7 @@ struct Diagnostics {
   std::vector<NamedCount> dropped;   ///< what did not, by reason
   std::vector<NamedNumber> numbers;  ///< further figures: condition, iterations, scale of sigma ...
   std::vector<NamedNumber> cpu_ms;   ///< CPU time of the stages
+  std::optional<Coverage> coverage;  ///< of a recording: what was seen, and what is missing
 };
 
 /// status ok: at least one camera. Otherwise cameras and views are empty and diagnostics.reason says why.
@@ -79,9 +82,16 @@ struct CalibrationReport {
 void add_result(const CalibrationResult& result, Span<const View> views, const std::vector<std::string>& view_names,
                 const std::vector<std::string>& line_names, CalibrationReport* report);
 
+/// Takes over what was seen of a recording, after add_result(). The reason of a refusal that more data would mend then
+/// says what is missing.
+void add_coverage(const Coverage& coverage, CalibrationReport* report);
+
 /// One plain sentence: what a status means for somebody who calibrates a camera, and what to do about it.
 /// @param parameter index of the intrinsic it is about, or kNoParameter
 std::string explanation(Status status, std::uint8_t parameter);
+
+/// A hint in words: "tilt the object, or look at it from another side". Empty for none.
+std::string advice(CoverageHint hint);
 
 /// The answer for people: each intrinsic with its one sigma, what was assumed, how well it fits; or why there is none.
 std::string calibration_text(const CalibrationReport& report);

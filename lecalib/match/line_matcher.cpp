@@ -30,6 +30,19 @@ constexpr double kFreeLines = 3.5;
 constexpr double kMinExplainedBeyond = 0.25;
 constexpr double kMinRedundancy = 8.0;
 
+/// A hinted pose is about windows that begin so early in a recording, us: what moves by hand turns by less than the
+/// hint may be off.
+constexpr std::int64_t kHintedUs = 200000;
+
+/// The i-th of `count` windows that are searched, spread evenly, or with a hinted pose the half of them at the begin.
+std::size_t even_window(std::size_t i, std::size_t count, std::size_t windows) {
+  return (2 * i + 1) * windows / (2 * count);
+}
+std::size_t hinted_window(std::size_t i, std::size_t count, std::size_t windows) {
+  const std::size_t first = (count + 1) / 2;
+  return i < first ? i : first + even_window(i - first, count - first, windows - first);
+}
+
 bool is_finite(const EventLine& line) {
   const float values[] = {line.begin.x1, line.begin.y1,       line.begin.x2,    line.begin.y2,
                           line.end.x1,   line.end.y1,         line.end.x2,      line.end.y2,
@@ -57,7 +70,8 @@ Status LineMatcher::init(Arena* arena, const LineMatcherCapacities& capacities, 
                          Span<const ModelLine> model, Span<const LineWindow> windows) {
   phase_ = Phase::idle;
   if (options.width < 2 || options.height < 2 || options.seed_windows == 0 || options.trials == 0 ||
-      !(options.min_fov_deg >= 5.0 && options.min_fov_deg < options.max_fov_deg && options.max_fov_deg <= 160.0)) {
+      !(options.min_fov_deg >= 5.0 && options.min_fov_deg < options.max_fov_deg && options.max_fov_deg <= 160.0) ||
+      !options.hints.valid()) {
     return Status::invalid_argument;
   }
   if (windows.size() > capacities.windows || model.size() > capacities.model_lines) return Status::capacity_exceeded;
@@ -79,7 +93,12 @@ Status LineMatcher::init(Arena* arena, const LineMatcherCapacities& capacities, 
   scene_.width = options.width;
   scene_.height = options.height;
   scene_.unit_px = std::max(1.0, 1e-3 * diagonal_px);
-  quad_options_.focal = {focal_of(options.max_fov_deg, options.width), focal_of(options.min_fov_deg, options.width)};
+  FocalRange& focal = seeding_.focal;
+  focal = {focal_of(options.max_fov_deg, options.width), focal_of(options.min_fov_deg, options.width)};
+  if (const double hinted_px = options.hints.focal_px; hinted_px > 0.0) {
+    focal.min_px = std::min(focal.min_px, (1.0 - options.hints.focal_share) * hinted_px);
+    focal.max_px = std::max(focal.max_px, (1.0 + options.hints.focal_share) * hinted_px);
+  }
   trial_ = workspace_.trial;
   best_ = workspace_.best;
   for (LineTrack* track : {&trial_, &best_}) {
@@ -148,13 +167,9 @@ void LineMatcher::step_bends() {
 /// One quadrilateral; or, when the last one of a window is done, the search for those of the next window.
 void LineMatcher::step_quads() {
   const std::size_t count = std::min(options_.seed_windows, scene_.times.size());
-  const auto window_of = [&](std::size_t i) { return (2 * i + 1) * scene_.times.size() / (2 * count); };
-  const Optics optics{prior_.mean, nullptr};
   if (next_quad_ < image_quads_.size()) {
-    const std::size_t window = window_of(next_ - 1);
-    const Span<const FlatLine> flat = workspace_.scratch.flat.first(scene_.lines_of(window).size());
-    seed_from_quad(scene_, prior_.mean, window, flat, frame_, image_quads_[next_quad_++], quad_options_,
-                   &workspace_.scratch, &seeds_, &stats_.seeds);
+    seed_from_quad(scene_, seeding_, image_quads_[next_quad_++], options_.hints, &workspace_.scratch, &seeds_,
+                   &stats_.seeds);
     return;
   }
   if (next_ == count) {
@@ -164,12 +179,20 @@ void LineMatcher::step_quads() {
     phase_ = Phase::select;
     return;
   }
-  const std::size_t window = window_of(next_++);
-  const Span<const FlatLine> flat = flatten_window(scene_, optics, window, &workspace_.scratch);
-  frame_ = frame_of(scene_, optics);
+  seeding_.index = options_.hints.has_pose ? hinted_window(next_, count, scene_.times.size())
+                                           : even_window(next_, count, scene_.times.size());
+  ++next_;
+  const Optics optics{prior_.mean, nullptr};
+  seeding_.flat = flatten_window(scene_, optics, seeding_.index, &workspace_.scratch);
+  seeding_.frame = frame_of(scene_, optics);
+  seeding_.lens = prior_.mean;
+  seeding_.near_hint = scene_.times[seeding_.index].begin_us - scene_.times[0].begin_us <= kHintedUs;
+  if (seeding_.near_hint) {
+    seed_from_hint(scene_, seeding_, options_.hints, &workspace_.scratch, &seeds_, &stats_.seeds);
+  }
   ImageQuadOptions quads;
   quads.unit_px = scene_.unit_px;
-  image_quads_ = find_image_quads(flat, quads, &workspace_.quads, &stats_.seeds.limits);
+  image_quads_ = find_image_quads(seeding_.flat, quads, &workspace_.quads, &stats_.seeds.limits);
   next_quad_ = 0;
 }
 
@@ -178,6 +201,15 @@ bool LineMatcher::is_repeated(const MatchSeed& seed) const {
   if (best_.num_windows == 0 || !best_.windows[seed.window].matched) return false;
   const double ratio = best_.optics.lens.f_px / seed.f_px;
   return ratio > 0.8 && ratio < 1.25 && same_pose(best_.windows[seed.window].pose[1], seed.pose);
+}
+
+/// Also true where there are no hints. A pose is about the first window that shows the object.
+bool LineMatcher::agrees_with_hints(const LineTrack& track) const {
+  if (!options_.hints.agrees_with_focal(track.optics.lens.f_px)) return false;
+  for (const WindowTrack& window : track.windows) {
+    if (window.matched) return options_.hints.agrees_with_pose(window.pose[1], scene_.model.centre_m);
+  }
+  return true;
 }
 
 /// Takes the best seed that was not tried and says something new; the window order starts at its window.
@@ -189,8 +221,10 @@ void LineMatcher::step_select() {
     ++stats_.trials;
     trial_.optics = {prior_.mean, nullptr};
     trial_.optics.lens.f_px = seed.f_px;
-    prior_.mean.f_px = seed.f_px;
-    prior_.sigma.f_px = kFocalSigma * seed.f_px;
+    const MatchHints& hints = options_.hints;
+    const bool hinted = hints.focal_px > 0.0 && hints.agrees_with_focal(seed.f_px);
+    prior_.mean.f_px = hinted ? hints.focal_px : seed.f_px;
+    prior_.sigma.f_px = hinted ? 0.5 * hints.focal_share * hints.focal_px : kFocalSigma * seed.f_px;
     for (WindowTrack& window : trial_.windows) window.matched = false;
     seed_window_ = seed.window;
     match_window(scene_, seed_window_, Span<const Pose>(&seed.pose, 1), FitStart::far, nullptr, false,
@@ -256,19 +290,25 @@ void LineMatcher::step_settle() {
   judge_trial();
 }
 
-/// The better of trial and best stays; the other one is a rival when it says something else about camera and lines.
+/// The better of trial and best stays; the other one is a rival when it says something else about camera and lines. A
+/// hint decides between hypotheses that explain nearly the same.
 void LineMatcher::judge_trial() {
   phase_ = known_camera_ ? Phase::finish : Phase::select;
   if (best_.num_windows == 0) {
     std::swap(trial_, best_);
     return;
   }
+  const bool trial_agrees = agrees_with_hints(trial_);
+  const bool best_agrees = agrees_with_hints(best_);
+  const double margin = trial_agrees == best_agrees ? 1.0 : trial_agrees ? kRivalShare : 1.0 / kRivalShare;
   const bool rivals = !is_same_matching(scene_, best_, trial_);
-  if (trial_.score > best_.score) {
+  if (trial_.score > margin * best_.score) {
     std::swap(trial_, best_);
     const double ratio = stats_.rival_focal_px / best_.optics.lens.f_px;
     if (ratio < kRivalFocal && ratio * kRivalFocal > 1.0) stats_.rival_score = 0.0;
+    if (trial_agrees && !best_agrees) stats_.rival_score = 0.0;
   }
+  if (agrees_with_hints(best_) && !agrees_with_hints(trial_)) return;
   const double ratio = trial_.optics.lens.f_px / best_.optics.lens.f_px;
   const bool differs = ratio > kRivalFocal || ratio * kRivalFocal < 1.0;
   if (rivals && differs && trial_.score > stats_.rival_score) {
@@ -284,6 +324,7 @@ Status LineMatcher::step_finish() {
   for (const WindowTrack& window : best_.windows) {
     if (best_.num_windows > 0 && window.matched) redundancy += 2.0 * window.num_lines - 6.0;
   }
+  if (!known_camera_) stats_.against_hint = best_.num_windows > 0 && !agrees_with_hints(best_);
   stats_.ambiguous = !known_camera_ && stats_.rival_score > kRivalShare * best_.score;
   const double free_score = kFreeLines * static_cast<double>(best_.num_windows);
   const bool explains =

@@ -6,6 +6,7 @@
 ///   quadrilaterals of some windows <-> quadrilaterals of the model -> guesses of focal length and pose
 ///   each good guess: fit in its window -> follow through all windows -> one lens for all -> fit again
 ///   the guess that explains most of all windows wins, if it explains enough and no rival with another camera does too
+/// Hints bring guesses forward and decide between rivals.
 ///
 /// Rough by intent: the result starts a refinement, and rematch() takes its camera back for the final matches.
 #pragma once
@@ -34,6 +35,7 @@ struct LineMatcherOptions {
   double max_fov_deg = 130.0;           ///< (min, 160]
   std::size_t seed_windows = 16;        ///< windows that are searched for guesses, spread evenly; >= 1
   std::size_t trials = 8;               ///< guesses that are followed through all windows; >= 1
+  MatchHints hints;                     ///< none by default; a focal length widens the range of views to itself
 };
 
 /// Where the object is in one window.
@@ -59,7 +61,8 @@ struct LineMatcherStats {
   double possible = 0;       ///< what a complete explanation of its windows would score
   double rival_score = 0;    ///< best trial with other matches and another focal length
   double rival_focal_px = 0;
-  bool ambiguous = false;  ///< the rival explains nearly as much: no_match
+  bool ambiguous = false;     ///< the rival explains nearly as much: no_match
+  bool against_hint = false;  ///< the winner contradicts a hint
 };
 
 /// A pose known beforehand, for rematch().
@@ -153,6 +156,7 @@ class LineMatcher {
   void judge_trial();
   Status step_finish();
   [[nodiscard]] bool is_repeated(const MatchSeed& seed) const;
+  [[nodiscard]] bool agrees_with_hints(const LineTrack& track) const;
   void publish();
 
   Phase phase_ = Phase::idle;
@@ -165,8 +169,7 @@ class LineMatcher {
   BendVotes bends_;
   std::size_t next_ = 0;  ///< what the phase works on: a window or a place in its order of windows
 
-  FlatFrame frame_{};
-  QuadPoseOptions quad_options_;
+  SeedWindow seeding_;
   Span<const ImageQuad> image_quads_;
   std::size_t next_quad_ = 0;
   BoundedBest<MatchSeed> seeds_;

@@ -26,15 +26,19 @@ constexpr std::uint16_t kClearLines = 7;
 /// Seeds of one window count as the same one below these differences.
 constexpr double kSameRotation = 0.05;  ///< |R1 - R2|, Frobenius
 constexpr double kSameFocal = 0.05;     ///< relative
+/// A seed that agrees with a hint ranks before others that explain up to so much more, for each hint.
+constexpr double kHintBonus = 0.5;
+/// Ratio of the focal lengths that are tried with a hinted pose, at most so many: 10 to 140 degrees of view.
+constexpr double kFocalRatio = 1.13;
+constexpr int kMaxFocalSteps = 32;
 
 class SeedFit {
  public:
-  SeedFit(const MatchScene& scene, const Lens& lens, std::size_t window, Span<const FlatLine> flat,
-          const FlatFrame& frame, MatchScratch* scratch)
-      : scene_(scene), lens_(lens), window_(window), flat_(flat), frame_(frame), scratch_(scratch) {}
+  SeedFit(const MatchScene& scene, const SeedWindow& window, MatchScratch* scratch)
+      : scene_(scene), window_(window), lens_(window.lens), scratch_(scratch) {}
 
   /// Refines a guess in its window; @return false when too little of the model is found, or far less than `best_score`.
-  bool run(const PoseGuess& guess, const FocalRange& range, double best_score, MatchSeed* out) {
+  bool run(const PoseGuess& guess, double best_score, MatchSeed* out) {
     Pose pose;
     std::copy(guess.R, guess.R + 9, pose.R);
     std::copy(guess.t, guess.t + 3, pose.t);
@@ -48,7 +52,7 @@ class SeedFit {
       if (support.lines < std::min(kMinLines, scene_.model.lines.size())) return false;
       if (round == 0 && support.score < kHopelessShare * best_score) return false;
       if (!refine(taken, prior, &pose)) return false;
-      if (!(lens_.f_px > 0.8 * range.min_px && lens_.f_px < 1.25 * range.max_px)) return false;
+      if (!(lens_.f_px > 0.8 * window_.focal.min_px && lens_.f_px < 1.25 * window_.focal.max_px)) return false;
     }
     static_cast<void>(assign(pose, kNumGates - 1, &support));
     if (support.lines < std::min(kMinLines, scene_.model.lines.size())) return false;
@@ -57,7 +61,7 @@ class SeedFit {
     out->score = support.score;
     out->num_lines = support.lines;
     out->possible = support.possible;
-    out->window = static_cast<std::uint16_t>(window_);
+    out->window = static_cast<std::uint16_t>(window_.index);
     out->tried = false;
     return true;
   }
@@ -69,8 +73,8 @@ class SeedFit {
     options.gate_px = kGates[round] * scene_.unit_px;
     options.max_slope = kSlopes[round];
     options.overshoot_px = 1.2 * options.gate_px;
-    return assign_lines(scene_.model, pose, lens_.f_px, frame_, flat_, Instant::middle, options, &scratch_->assignment,
-                        support);
+    return assign_lines(scene_.model, pose, lens_.f_px, window_.frame, window_.flat, Instant::middle, options,
+                        &scratch_->assignment, support);
   }
 
   bool refine(Span<const Assignment> taken, const LensPrior& prior, Pose* pose) {
@@ -78,9 +82,9 @@ class SeedFit {
     std::size_t count = 0;
     for (const Assignment& a : taken) {
       if (count == kMaxMatches) break;
-      matches[count++] = {static_cast<std::uint16_t>(window_), a.line, a.model_line, a.flipped};
+      matches[count++] = {static_cast<std::uint16_t>(window_.index), a.line, a.model_line, a.flipped};
     }
-    const LensView view{scene_.lines_of(window_), Span<const LineMatch>(matches, count), pose};
+    const LensView view{scene_.lines_of(window_.index), Span<const LineMatch>(matches, count), pose};
     PoseRefinementOptions options;
     options.sigma_floor_px = 0.5 * scene_.unit_px;
     options.loss_px = 4.0 * scene_.unit_px;
@@ -99,10 +103,8 @@ class SeedFit {
   static constexpr std::size_t kMaxMatches = 32;
 
   const MatchScene& scene_;
+  const SeedWindow& window_;
   Lens lens_;
-  std::size_t window_;
-  Span<const FlatLine> flat_;
-  FlatFrame frame_;
   MatchScratch* scratch_;
 };
 
@@ -112,42 +114,83 @@ bool same_seed(const MatchSeed& a, const MatchSeed& b) {
   return (rotation_of(a.pose) - rotation_of(b.pose)).norm() < kSameRotation;
 }
 
+double rank_of(const MatchScene& scene, const SeedWindow& window, const MatchHints& hints, const MatchSeed& seed) {
+  double factor = 1.0;
+  if (hints.focal_px > 0.0 && hints.agrees_with_focal(seed.f_px)) factor += kHintBonus;
+  if (hints.has_pose && window.near_hint && hints.agrees_with_pose(seed.pose, scene.model.centre_m)) {
+    factor += kHintBonus;
+  }
+  return factor * seed.score;
+}
+
 void offer(const MatchSeed& seed, BoundedBest<MatchSeed>* seeds) {
   for (std::size_t i = 0; i < seeds->size(); ++i) {
     if (!same_seed((*seeds)[i], seed)) continue;
-    if ((*seeds)[i].score >= seed.score) return;
+    if ((*seeds)[i].rank >= seed.rank) return;
     seeds->erase(i);
     break;
   }
-  seeds->offer(seed, [](const MatchSeed& a, const MatchSeed& b) { return a.score > b.score; });
+  seeds->offer(seed, [](const MatchSeed& a, const MatchSeed& b) { return a.rank > b.rank; });
+}
+
+/// Best score of the seeds of a window; *done when one of them explains so much that no better one is looked for.
+double best_score_of(Span<const MatchSeed> seeds, std::size_t window, bool* done) {
+  double best_score = 0.0;
+  *done = false;
+  for (const MatchSeed& seed : seeds) {
+    if (seed.window != window) continue;
+    if (seed.num_lines >= kClearLines && seed.score >= kClearShare * seed.possible) *done = true;
+    best_score = std::max(best_score, seed.score);
+  }
+  return best_score;
+}
+
+/// Fits a guess and offers what comes of it.
+void try_guess(const MatchScene& scene, const SeedWindow& window, const PoseGuess& guess, const MatchHints& hints,
+               MatchScratch* scratch, double* best_score, BoundedBest<MatchSeed>* seeds, SeedStats* stats) {
+  ++stats->guesses;
+  MatchSeed seed;
+  SeedFit fit(scene, window, scratch);
+  if (!fit.run(guess, *best_score, &seed)) return;
+  ++stats->fits;
+  *best_score = std::max(*best_score, seed.score);
+  seed.rank = rank_of(scene, window, hints, seed);
+  offer(seed, seeds);
 }
 
 }  // namespace
 
-void seed_from_quad(const MatchScene& scene, const Lens& lens, std::size_t window, Span<const FlatLine> flat,
-                    const FlatFrame& frame, const ImageQuad& quad, const QuadPoseOptions& options,
+void seed_from_quad(const MatchScene& scene, const SeedWindow& window, const ImageQuad& quad, const MatchHints& hints,
                     MatchScratch* scratch, BoundedBest<MatchSeed>* seeds, SeedStats* stats) {
-  double best_score = 0.0;
-  for (const MatchSeed& seed : seeds->view()) {
-    if (seed.window != window) continue;
-    if (seed.num_lines >= kClearLines && seed.score >= kClearShare * seed.possible) return;
-    best_score = std::max(best_score, seed.score);
-  }
+  bool done = false;
+  double best_score = best_score_of(seeds->view(), window.index, &done);
+  if (done) return;
   ++stats->image_quads;
+  QuadPoseOptions options;
+  options.focal = window.focal;
   for (const ModelQuad& face : scene.model.quads) {
     for (int labeling = 0; labeling < kNumQuadLabelings; ++labeling) {
       PoseGuess guesses[kMaxQuadGuesses];
       const std::size_t count = guess_poses(quad, face, labeling, options, guesses);
       for (std::size_t g = 0; g < count; ++g) {
-        ++stats->guesses;
-        MatchSeed seed;
-        SeedFit fit(scene, lens, window, flat, frame, scratch);
-        if (!fit.run(guesses[g], options.focal, best_score, &seed)) continue;
-        ++stats->fits;
-        best_score = std::max(best_score, seed.score);
-        offer(seed, seeds);
+        try_guess(scene, window, guesses[g], hints, scratch, &best_score, seeds, stats);
       }
     }
+  }
+}
+
+void seed_from_hint(const MatchScene& scene, const SeedWindow& window, const MatchHints& hints, MatchScratch* scratch,
+                    BoundedBest<MatchSeed>* seeds, SeedStats* stats) {
+  if (!hints.has_pose) return;
+  PoseGuess guess;
+  std::copy(hints.T_cam_world.R, hints.T_cam_world.R + 9, guess.R);
+  std::copy(hints.T_cam_world.t, hints.T_cam_world.t + 3, guess.t);
+  guess.f_px = window.focal.min_px;
+  bool done = false;
+  double best_score = best_score_of(seeds->view(), window.index, &done);
+  for (int step = 0; step < kMaxFocalSteps && guess.f_px <= window.focal.max_px; ++step, guess.f_px *= kFocalRatio) {
+    if (!hints.agrees_with_focal(guess.f_px)) continue;
+    try_guess(scene, window, guess, hints, scratch, &best_score, seeds, stats);
   }
 }
 

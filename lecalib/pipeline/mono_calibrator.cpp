@@ -20,6 +20,22 @@ Pose pose_between(const Pose& from, const Pose& to, double fraction) {
   return make_pose(turn * R, (1 - fraction) * translation_of(from) + fraction * translation_of(to));
 }
 
+/// Below so many events per crossing an edge's place is not known well, see EdgePointOptions.
+constexpr float kFaintEvents = 1.4F;
+
+/// Whether most of the matched edges make about one event per crossing.
+bool on_faint_edges(Span<const LineWindow> windows, Span<const LineMatch> matches) {
+  std::size_t edges = 0;
+  std::size_t faint = 0;
+  for (const LineMatch& match : matches) {
+    const LineEdge& edge = windows[match.window].lines[match.line].edge;
+    if (edge.crossings == 0) continue;
+    ++edges;
+    if (edge.events_per_crossing < kFaintEvents) ++faint;
+  }
+  return 2 * faint > edges;
+}
+
 }  // namespace
 
 const char* to_string(MonoPhase phase) noexcept {
@@ -76,6 +92,7 @@ Status MonoCalibrator::init(Span<std::byte> memory, const Capacities& capacities
   window.length_us = window_length_us_;
   if (const Status status = builder_.init(window, workspace_.events); status != Status::ok) return status;
   workspace_.bank.clear();
+  coverage_.clear(capacities.sensor_width, capacities.sensor_height);
   stats_ = {};
   num_views_ = 0;
   steps_ = 0;
@@ -135,6 +152,7 @@ Status MonoCalibrator::detect() {
 
   const Span<const EventLine> lines = {workspace_.lines.data(), count};
   workspace_.bank.add({window.begin_us, window.end_us, lines});
+  coverage_.add(lines);
   stats_.windows = builder_.stats();
   stats_.lines += count;
   stats_.lines_dropped += detected.lines_dropped;
@@ -265,6 +283,26 @@ Status MonoCalibrator::result(CalibrationResult* out) const {
   return phase_ == MonoPhase::collecting || phase_ == MonoPhase::matching || phase_ == MonoPhase::solving
              ? Status::wrong_state
              : verdict_;
+}
+
+Coverage MonoCalibrator::coverage() const {
+  Coverage coverage = coverage_.seen();
+  advise_collecting(&coverage);
+  if (phase_ == MonoPhase::idle || phase_ == MonoPhase::collecting || phase_ == MonoPhase::matching) return coverage;
+  const Span<const LineWindow> windows = workspace_.bank.windows();
+  CoverageSolution solution;
+  solution.camera = matcher_.camera();
+  solution.model = model_;
+  solution.faint = on_faint_edges(windows, matcher_.matches());
+  const CalibrationResult& result = solver_.result();
+  const bool ended = phase_ == MonoPhase::done || phase_ == MonoPhase::failed;
+  if (ended && num_views_ > 0 && result.covariance[0] > 0.0) {
+    solution.camera = result.camera;
+    solution.covariance = result.covariance;
+    solution.solved = verdict_ == Status::ok;
+  }
+  advise_found(solution, matcher_.poses(), &coverage);
+  return coverage;
 }
 
 float MonoCalibrator::progress() const {

@@ -18,6 +18,7 @@
 #include "lecalib/events/window_builder.hpp"
 #include "lecalib/match/line_matcher.hpp"
 #include "lecalib/pipeline/capacities.hpp"
+#include "lecalib/pipeline/coverage.hpp"
 #include "lecalib/pipeline/edge_points.hpp"
 #include "lecalib/pipeline/line_bank.hpp"
 #include "lecalib/pipeline/line_detector.hpp"
@@ -207,6 +208,11 @@ class MonoCalibrator {
   [[nodiscard]] float progress() const;
   [[nodiscard]] const MonoStats& stats() const { return stats_; }
 
+  /// What was seen so far and what is missing; at any time after init(). What the poses tell is there once the object
+  /// was matched, and what the solution tells once step() has ended.
+  /// Complexity: some thousand line projections once the object is matched; call it when somebody wants to know.
+  [[nodiscard]] Coverage coverage() const;
+
  private:
   Status init(Span<std::byte> memory, const Capacities& capacities, const MonoOptions& options,
               Span<const ModelLine> model, const EdgeStages& edges);
@@ -226,6 +232,7 @@ class MonoCalibrator {
   MonoWorkspace workspace_;
   Span<const ModelLine> model_;
   WindowBuilder builder_;
+  CoverageMap coverage_;
   LineMatcher matcher_;
   MonoSolver solver_;
   MonoStats stats_;

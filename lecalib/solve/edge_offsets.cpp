@@ -9,7 +9,7 @@
 namespace lecalib {
 namespace {
 
-enum Shared : std::uint16_t { kDark, kTrailing, kLatency };
+enum Shared : std::uint16_t { kDark, kTrailing, kLatency, kBend };
 enum OfLine : std::size_t { kHalfWidth, kOffset, kTilt };  // the last two twice, for OFF and for ON
 
 constexpr std::uint16_t kNone = 0xFFFF;
@@ -63,6 +63,7 @@ void EdgeOffsets::init(const CalibrationData& data, const EdgeOffsetOptions& opt
   workspace_ = workspace;
   workspace_.sigma[kDark] = options.dark_px;
   workspace_.sigma[kTrailing] = options.trailing_px;
+  workspace_.sigma[kBend] = options.bend_px;
   workspace_.sigma[kLatency] = kSecondsPerMs * options.latency_ms;
   size_ = kSharedOffsets;
   for (std::uint16_t& slot : workspace_.slot) slot = kNone;
@@ -103,9 +104,42 @@ void EdgeOffsets::add_line(std::size_t line) {
     add(slot_of(line, kOffset, on), options_.line_px + faint * (options_.faint_line_px - options_.line_px));
     add(slot_of(line, kTilt, on), options_.tilt_px);
   }
-  if (std::min(side[0], side[1]) > options_.min_drawn_share * (side[0] + side[1])) {
+  if (std::min(side[0], side[1]) > options_.min_drawn_share * (side[0] + side[1]) &&
+      width_scatter_px(line) <= options_.max_width_scatter_px) {
     add(slot_of(line, kHalfWidth, false), options_.half_width_px);
   }
+}
+
+/// How far the two sides of a line stand apart, over the views that show both: one sigma. 0 with less than two.
+double EdgeOffsets::width_scatter_px(std::size_t line) const {
+  double views = 0, sum = 0, squares = 0;
+  for (const View& view : data_.views) {
+    std::size_t first = view.count, last = 0;  // of the one side's points
+    for (std::size_t k = 0; k < view.count; ++k) {
+      if (data_.points[view.first + k].line != line || data_.edges[view.first + k].model_side <= 0) continue;
+      first = std::min(first, k);
+      last = k;
+    }
+    if (first >= last) continue;
+    const LinePoint& a = data_.points[view.first + first];
+    const LinePoint& b = data_.points[view.first + last];
+    const double dx = b.u_px - a.u_px, dy = b.v_px - a.v_px;
+    double distance = 0, count = 0;
+    for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+      const LinePoint& point = data_.points[i];
+      if (point.line != line || data_.edges[i].model_side >= 0) continue;
+      distance += (point.v_px - a.v_px) * dx - (point.u_px - a.u_px) * dy;
+      count += 1;
+    }
+    const double length = std::sqrt(dx * dx + dy * dy);
+    if (!(count > 0) || !(length > 0)) continue;
+    const double width = std::abs(distance) / (count * length);
+    views += 1;
+    sum += width;
+    squares += width * width;
+  }
+  if (views < 2) return 0.0;
+  return std::sqrt(std::max(0.0, (squares - sum * sum / views) / (views - 1)));
 }
 
 OffsetTerms EdgeOffsets::terms(std::size_t point) const {
@@ -121,11 +155,13 @@ OffsetTerms EdgeOffsets::terms(std::size_t point) const {
   const std::size_t line = data_.points[point].line;
   const bool on = edge.polarity > 0;
   add_term(kDark, dark);
+  const auto along = static_cast<double>(edge.along);
+  add_term(kBend, dark * (6 * along * along - 0.5));
   add_term(kTrailing, -sign_of(edge.speed_px_per_s));
   add_term(kLatency, -static_cast<double>(edge.speed_px_per_s));
   add_term(workspace_.slot[slot_of(line, kHalfWidth, on)], dark);
   add_term(workspace_.slot[slot_of(line, kOffset, on)], dark);
-  add_term(workspace_.slot[slot_of(line, kTilt, on)], dark * static_cast<double>(edge.along));
+  add_term(workspace_.slot[slot_of(line, kTilt, on)], dark * along);
   return out;
 }
 

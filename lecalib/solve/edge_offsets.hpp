@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 /// What displaces the points of moving edges from the model's lines, in all views alike: estimated with the camera.
 ///
-///     displacement along a point's normal = D (d0 + w + u + f g) - sign(v) a0 - v tau
+///     displacement along a point's normal = D (d0 + w + u + f g + (6 f^2 - 1/2) b0) - sign(v) a0 - v tau
 ///
-/// with D the side on which the edge is dark, v its speed and f its place along the line from -1/2 to 1/2; d0, a0 and
-/// tau are shared by all lines, u and g belong to a model line's edges of one polarity, w to a drawn line: one that is
-/// dark between two flanks, whose middle is the model's.
+/// with D the side on which the edge is dark, v its speed and f its place along the line from -1/2 to 1/2; d0, b0, a0
+/// and tau are shared by all lines, u and g belong to a model line's edges of one polarity, w to a drawn line: one that
+/// is dark between two flanks, whose middle is the model's.
 ///
 /// Residuals are linear in the offsets. With camera and poses eliminated, one linear solution beside a converged
 /// refinement gives the offsets; the points move by it and the refinement goes on. Together they find the minimum over
@@ -29,6 +29,7 @@ namespace lecalib {
 struct EdgeOffsetOptions {
   double dark_px = 0.10;          ///< d0
   double trailing_px = 0.05;      ///< a0
+  double bend_px = 0.05;          ///< b0: what fires near a line's ends lies further towards the dark, or less far
   double latency_ms = 0.15;       ///< tau, about ...
   double mean_latency_ms = 0.05;  ///< ... this
   double line_px = 0.07;          ///< u, for two and a half events per crossing and more ...
@@ -37,13 +38,16 @@ struct EdgeOffsetOptions {
   double half_width_px = 2;       ///< w
   /// A line is drawn when so large a share of its points shows it dark on the rarer side. (0, 0.5)
   double min_drawn_share = 0.3;
+  /// ... and its width, px, is the same in all views to this, one sigma. Another edge beside it is nearer here, farther
+  /// there. > 0
+  double max_width_scatter_px = 0.5;
   /// A line whose u lies further out, in sigmas beforehand, is not the edge that fires: a rim in relief, a shadow. > 0
   double max_sigmas = 3.5;
 };
 
-inline constexpr std::size_t kSharedOffsets = 3;   ///< d0, a0, tau
+inline constexpr std::size_t kSharedOffsets = 4;   ///< d0, a0, tau, b0
 inline constexpr std::size_t kOffsetsPerLine = 5;  ///< w, and u and g of either polarity
-inline constexpr std::size_t kMaxOffsetTerms = 6;  ///< of one point
+inline constexpr std::size_t kMaxOffsetTerms = 7;  ///< of one point
 
 struct EdgeOffsetCapacities {
   std::size_t model_lines = 64;
@@ -120,6 +124,7 @@ class EdgeOffsets {
   bool do_add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum);
   void restart();
   void add_line(std::size_t line);
+  [[nodiscard]] double width_scatter_px(std::size_t line) const;
   void add(std::size_t slot, double sigma);
   [[nodiscard]] double mean(std::size_t offset) const;
   [[nodiscard]] double sigmas_off(std::size_t line, bool on) const;

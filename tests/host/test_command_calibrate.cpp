@@ -307,6 +307,50 @@ TEST_CASE("lecalib calibrate: a recording without lines is refused with a reason
   CHECK(json["status"] != "ok");
   CHECK(json["cameras"].empty());
   CHECK(json["diagnostics"]["counts"]["events"] == 5000);
+  CHECK(json["diagnostics"]["coverage"]["hints"][0] == "show_object");
+  CHECK(run.err.find("bring the object into view") != std::string::npos);
+}
+
+TEST_CASE("lecalib calibrate: hints decide nothing that the lines tell otherwise") {
+  const std::string events = (source_dir() / "examples/data/events.raw").string();
+  const TemporaryFolder folder;
+  const auto calibrate = [&](const std::vector<std::string>& hints) {
+    std::vector<std::string> arguments = {"calibrate",          events,  "--target",
+                                          "box:0.40x0.30x0.25", "--out", folder.path()};
+    arguments.insert(arguments.end(), hints.begin(), hints.end());
+    return run_lecalib(arguments);
+  };
+  REQUIRE(calibrate({}).exit_code == 0);
+  const double blind = json_of(folder / "calibration.json")["cameras"][0]["fx"];
+  const double sigma = json_of(folder / "calibration.json")["cameras"][0]["sigma"]["fx"];
+  for (const std::vector<std::string>& hints :
+       {std::vector<std::string>{"--focal", "310"}, {"--focal", "900"}, {"--hint-pose", "0,0,0,0,0,1"}}) {
+    CAPTURE(hints[1]);
+    if (calibrate(hints).exit_code != 0) continue;
+    CHECK(json_of(folder / "calibration.json")["cameras"][0]["fx"] == doctest::Approx(blind).epsilon(sigma / blind));
+  }
+  CHECK(calibrate({"--hint-pose", "0,0,0,0,0"}).err.find("RX,RY,RZ,TX,TY,TZ") != std::string::npos);
+}
+
+TEST_CASE("lecalib calibrate: a refusal says what the recording lacks") {
+  const auto data = shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  const TemporaryFolder folder;
+  for (const char* name : {"03_door_genx320_hover", "06_corridor_vga_hover"}) {  // before them, hardly turning
+    CAPTURE(name);
+    const auto recording = *data / "sim" / name;
+    const CommandRun run = run_lecalib({"calibrate", (recording / "events.raw").string(), "--model",
+                                        (recording / "model.txt").string(), "--out", folder.path()});
+    CHECK(run.exit_code == 1);
+    CHECK(run.err.find("tilt the object") != std::string::npos);
+    CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
+    const auto coverage = json_of(folder / "calibration.json")["diagnostics"]["coverage"];
+    CHECK(coverage["tilt_deg"] < 10);
+    CHECK(coverage["covered_share"] > 0.5);
+  }
 }
 
 TEST_CASE("lecalib calibrate: contradicting options are one line") {

@@ -176,7 +176,7 @@ TEST_CASE("edge offsets: the step and the covariance are those of one dense syst
   EdgeOffsetOptions options;
   options.mean_latency_ms = 0;
   s.begin(options, all_free());
-  CHECK(s.offsets.size() == 3 + 8 * 4);
+  CHECK(s.offsets.size() == kSharedOffsets + 8 * 4);
   const Dense dense(s, s.offsets, prior_sigmas(s));
   const Vector step = dense.information.ldlt().solve(-dense.jacobian.transpose() * dense.residuals);
   const Matrix covariance = dense.information.inverse();
@@ -231,6 +231,54 @@ TEST_CASE("edge offsets: put in by hand they come out, and leave the camera alon
   CHECK(std::sqrt(squares) < 0.04);
 }
 
+TEST_CASE("edge offsets: a bend that all edges share is told from the lens") {
+  const auto k1_error = [](double bend_sigma_px) {
+    Scene s(12, 12, 0.005, [](std::size_t, bool) { return 0.0; });
+    for (std::size_t i = 0; i < s.edges.size(); ++i) {
+      const double along = double{s.edges[i].along};
+      const double px = 0.05 * (6 * along * along - 0.5) * s.edges[i].dark;
+      s.views.points[i].u_px += px * double{s.edges[i].normal_x};
+      s.views.points[i].v_px += px * double{s.edges[i].normal_y};
+    }
+    EdgeOffsetOptions options;
+    options.bend_px = bend_sigma_px;
+    s.begin(options);
+    double change = 1;
+    for (int round = 0; round < 8 && change > 1e-4; ++round) {
+      REQUIRE(s.offsets.solve(s.refiner, &change));
+      s.offsets.correct(s.corrected);
+      s.refiner.points_changed();
+      s.settle();
+    }
+    return std::abs(s.refiner.camera().k1 - s.views.camera.k1);
+  };
+  CHECK(k1_error(EdgeOffsetOptions().bend_px) < 0.3 * k1_error(1e-6));
+}
+
+TEST_CASE("edge offsets: an edge beside a line is its other flank only at the same distance in all views") {
+  for (const bool same : {true, false}) {
+    CAPTURE(same);
+    Scene s(6, 8, 0.0, [](std::size_t, bool) { return 0.0; });
+    for (std::size_t v = 0; v < s.views.views.size(); ++v) {
+      const View& view = s.views.views[v];
+      for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+        if (s.views.points[i].line != 3 || s.edges[i].along != 0) continue;
+        const double width_px = same ? 3.0 : 3.0 + static_cast<double>(v);
+        s.views.points[i].u_px += width_px * double{s.edges[i].normal_x};
+        s.views.points[i].v_px += width_px * double{s.edges[i].normal_y};
+        s.edges[i].model_side = static_cast<std::int8_t>(-s.edges[i].model_side);
+      }
+    }
+    s.begin();
+    CHECK(s.offsets.size() == kSharedOffsets + 8 * 4 + (same ? 1 : 0));
+    std::vector<std::uint8_t> marks(s.edges.size(), 0);
+    s.offsets.mark_strays(marks);
+    for (std::size_t i = 0; i < marks.size(); ++i) {
+      CHECK((marks[i] != 0) == (!same && s.views.points[i].line == 3 && s.edges[i].along == 0));
+    }
+  }
+}
+
 TEST_CASE("edge offsets: more views than count as independent do not narrow sigma as if they were") {
   Scene s(12, 12, 0.01, some_displacement);
   s.begin();
@@ -256,7 +304,7 @@ TEST_CASE("edge offsets: without sigma of their own they change nothing") {
   Scene s(4, 8, 0.02, some_displacement);
   EdgeOffsetOptions options;
   options.dark_px = options.trailing_px = options.line_px = options.faint_line_px = options.tilt_px = 1e-9;
-  options.latency_ms = 1e-9;
+  options.latency_ms = options.bend_px = 1e-9;
   s.begin(options);
   Eigen::Matrix<double, 9, 9> sum = Eigen::Matrix<double, 9, 9>::Zero();
   REQUIRE(s.offsets.add_covariance(s.refiner, 1.0, &sum));
@@ -274,7 +322,7 @@ TEST_CASE("edge offsets: a line that is dark on both sides has a width, strays o
   while (s.views.points[first_of_three].line != 3) ++first_of_three;
   s.edges[first_of_three].model_side = static_cast<std::int8_t>(-s.edges[first_of_three].model_side);
   s.begin();
-  CHECK(s.offsets.size() == 3 + 8 * 4 + 1);
+  CHECK(s.offsets.size() == kSharedOffsets + 8 * 4 + 1);
   std::vector<std::uint8_t> marks(s.edges.size(), 0);
   s.offsets.mark_strays(marks);
   std::size_t marked = 0;
@@ -305,7 +353,7 @@ TEST_CASE("edge offsets: a point whose dark side is not known has none") {
   s.edges[7].dark = 0;
   s.begin();
   CHECK(s.offsets.terms(7).count == 0);
-  CHECK(s.offsets.terms(8).count == 5);
+  CHECK(s.offsets.terms(8).count == 6);
   CHECK(s.offsets.displacement(7) == 0.0);
 }
 
