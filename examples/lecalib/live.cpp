@@ -34,7 +34,7 @@ class CameraSource : public EventSource {
   void show(const MonoCalibrator& calibrator, Progress* progress) const override {
     const MonoStats& stats = calibrator.stats();
     stream_.show(progress,
-                 std::to_string(stats.lines) + " lines in " + std::to_string(stats.windows_kept) + " windows");
+                 std::to_string(stats.lines) + " lines in " + std::to_string(stats.windows.windows) + " windows");
   }
   [[nodiscard]] DecoderStats stats() const override;
   [[nodiscard]] std::uint64_t decode_cpu_ns() const override { return decode_cpu_ns_; }

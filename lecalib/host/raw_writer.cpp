@@ -55,7 +55,7 @@ std::string evt3_header(std::uint16_t width, std::uint16_t height, std::map<std:
                {"format", "EVT3;height=" + h + ";width=" + w},
                {"geometry", w + "x" + h}});
   std::string text;
-  for (const auto& [key, value] : more) text += "% " + key + " " + value + "\n";
+  for (const auto& [key, value] : more) text.append("% ").append(key).append(" ").append(value).append("\n");
   return text + "% end\n";
 }
 
