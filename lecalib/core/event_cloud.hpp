@@ -44,9 +44,13 @@ struct EventCloud {
     return {static_cast<float>(x[event]), static_cast<float>(y[event]), z(event)};
   }
   /// Depth, see Point3.
-  [[nodiscard]] float z(std::size_t event) const noexcept { return t[event] * (depth_px * (1.0F / kCloudTicks)); }
+  [[nodiscard]] float z(std::size_t event) const noexcept {
+    return static_cast<float>(t[event]) * (depth_px * (1.0F / kCloudTicks));
+  }
   /// Time from -1 at the window's begin to 1 at its end.
-  [[nodiscard]] float tau(std::size_t event) const noexcept { return t[event] * (2.0F / kCloudTicks) - 1.0F; }
+  [[nodiscard]] float tau(std::size_t event) const noexcept {
+    return static_cast<float>(t[event]) * (2.0F / kCloudTicks) - 1.0F;
+  }
   [[nodiscard]] std::size_t size() const noexcept { return x.size(); }
   [[nodiscard]] std::size_t cells() const noexcept { return static_cast<std::size_t>(cols) * rows; }
   /// The noise floor of a set of polarities (bit 0: OFF, bit 1: ON), events per px^2.

@@ -22,7 +22,7 @@ constexpr int kLensSteps = 4;
 constexpr double kHopelessShare = 0.5;
 /// A rival counts as another camera beyond this ratio of focal lengths, and as equally good above this share of score.
 constexpr double kRivalFocal = 1.06;
-constexpr double kRivalShare = 0.93;
+constexpr double kRivalShare = 0.95;
 /// What a result must explain: nearly all of the model's lines in its windows, or a good share of those beyond the ones
 /// that a free focal length and pose can always be bent to. And it must measure more than there are unknowns.
 constexpr double kMinExplained = 0.75;

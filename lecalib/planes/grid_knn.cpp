@@ -23,8 +23,8 @@ CellRange cells_around(const EventCloud& cloud, const Point3& query, float radiu
 }
 
 float distance2(const EventCloud& cloud, std::uint32_t i, const Point3& query) {
-  const float dx = cloud.x[i] - query.x;
-  const float dy = cloud.y[i] - query.y;
+  const float dx = static_cast<float>(cloud.x[i]) - query.x;
+  const float dy = static_cast<float>(cloud.y[i]) - query.y;
   const float dz = cloud.z(i) - query.z;
   return dx * dx + dy * dy + dz * dz;
 }

@@ -39,8 +39,8 @@ std::size_t fit_surface(const EventCloud& cloud, const Point3& origin, Span<cons
     const float last = moments.n;
     moments = {};
     for (const std::uint32_t i : neighbours) {
-      const float x = cloud.x[i] - origin.x;
-      const float y = cloud.y[i] - origin.y;
+      const float x = static_cast<float>(cloud.x[i]) - origin.x;
+      const float y = static_cast<float>(cloud.y[i]) - origin.y;
       const float z = cloud.z(i) - origin.z;
       if (round > 0 && std::fabs(distance(*plane, x, y, z)) > band) continue;
       moments.add(x, y, z);

@@ -97,7 +97,7 @@ void sum_row(const EventCloud& cloud, std::size_t first_cell, std::size_t row, C
     const std::size_t cell = first_cell + row * cloud.cols + col;
     const float ox = cell_centre(col);
     for (std::uint32_t i = cloud.cell_start[cell]; i < cloud.cell_start[cell + 1]; ++i) {
-      add_event(&m, cloud.x[i] - ox, cloud.y[i] - oy, cloud.tau(i));
+      add_event(&m, static_cast<float>(cloud.x[i]) - ox, static_cast<float>(cloud.y[i]) - oy, cloud.tau(i));
     }
     out[col] = m;
   }
@@ -127,7 +127,7 @@ void for_each_free(const EventCloud& cloud, std::uint32_t block, Span<const std:
                    Visit visit) {
   for (const std::uint32_t cell : {block, block + cloud.cols}) {
     for (std::uint32_t i = cloud.cell_start[cell]; i < cloud.cell_start[cell + 2]; ++i) {
-      if (owner[i] == 0) visit(cloud.x[i] - ox, cloud.y[i] - oy, cloud.tau(i));
+      if (owner[i] == 0) visit(static_cast<float>(cloud.x[i]) - ox, static_cast<float>(cloud.y[i]) - oy, cloud.tau(i));
     }
   }
 }

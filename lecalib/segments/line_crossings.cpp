@@ -11,7 +11,7 @@
 namespace lecalib {
 namespace {
 
-constexpr std::size_t kCellPixels = kCloudCellPx * kCloudCellPx;
+constexpr std::size_t kCellPixels = std::size_t{kCloudCellPx} * kCloudCellPx;
 constexpr float kGaussianOverMedian = 1.4826F;
 constexpr float kOffBandPx = 1;  // the corridor is that of the line, the band that of its shape
 
