@@ -88,8 +88,8 @@ void write_coverage(JsonWriter* json, const Coverage& coverage) {
   json->end();
   json->member("windows", coverage.windows);
   json->member("useful_windows", coverage.useful_windows);
-  json->member("covered_share", coverage.covered_share);
-  json->member("travel_px", coverage.travel_px);
+  json->member("covered_share", static_cast<double>(coverage.covered_share));
+  json->member("travel_px", static_cast<double>(coverage.travel_px));
   json->key("cells");
   json->begin_array();
   for (const auto& row : coverage.cells) {
@@ -99,10 +99,10 @@ void write_coverage(JsonWriter* json, const Coverage& coverage) {
   }
   json->end();
   if (coverage.matched_windows > 0) {
-    json->member("tilt_deg", coverage.tilt_deg);
-    json->member("roll_deg", coverage.roll_deg);
-    json->member("distance_min_m", coverage.distance_min_m);
-    json->member("distance_max_m", coverage.distance_max_m);
+    json->member("tilt_deg", static_cast<double>(coverage.tilt_deg));
+    json->member("roll_deg", static_cast<double>(coverage.roll_deg));
+    json->member("distance_min_m", static_cast<double>(coverage.distance_min_m));
+    json->member("distance_max_m", static_cast<double>(coverage.distance_max_m));
   }
   if (coverage.worst < kNumIntrinsics) json->member("worst", kIntrinsicNames[coverage.worst]);
   json->end();
