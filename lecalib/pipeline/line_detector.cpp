@@ -35,9 +35,8 @@ std::size_t write_lines(const EventCloud& cloud, Span<MovingLine> lines, const D
   const std::size_t per_line = ws.samples.size() / ws.lines.size();
   for (std::size_t i = 0; i < count; ++i) {
     std::size_t num_samples = 0;
-    bool own[kMaxLines + 1] = {};
-    own[lines[i].id] = true;
-    SharedStretches shared(options.extension.sharing, lines, lines[i], {own});
+    const OwnEvents own(lines[i].id);
+    SharedStretches shared(options.extension.sharing, lines, lines[i], own.filter());
     if (shared.share_of(lines[i]) <= 0) shared = {};  // the shape asks for every event
     out[i] = shape_line(cloud, options.shape, options.fit.priors, ws.fit, lines[i], shared,
                         ws.samples.subspan(i * per_line, per_line), &num_samples, &ws.shapes[i]);

@@ -19,6 +19,9 @@ inline float weight_band(float sigma_px) noexcept {
   return std::clamp(kSigmas * sigma_px, kMinPx, kMaxPx);
 }
 
+/// How far past its ends a line takes events, px.
+inline constexpr float kBeyondEndsPx = 6;
+
 /// The band of events that a line takes for its own, whose distance has this one-sigma, px.
 inline float claimed_band(float sigma_px) noexcept {
   constexpr float kSigmas = 3.5F;

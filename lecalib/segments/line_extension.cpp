@@ -18,16 +18,6 @@ struct Holdings {
   }
 };
 
-/// What a line may take: its own events and free ones.
-class OwnEvents {
- public:
-  explicit OwnEvents(const MovingLine& line) { may_take_[line.id] = true; }
-  [[nodiscard]] OwnerFilter filter() const { return {may_take_}; }
-
- private:
-  bool may_take_[kMaxLines + 1] = {};
-};
-
 /// Fits lines anew that lost most of their events to others, and drops those that are none without: what lived between
 /// two edges, on events of both.
 void settle_robbed(const EventCloud& cloud, const ExtensionOptions& options, const LineFitOptions& fit_options,
@@ -38,7 +28,7 @@ void settle_robbed(const EventCloud& cloud, const ExtensionOptions& options, con
     MovingLine line = lines[i];
     const auto had = static_cast<float>(before.events[line.id]);
     if (static_cast<float>(after.events[line.id]) < options.min_kept_share * had) {
-      const OwnEvents own(line);
+      const OwnEvents own(line.id);
       if (fit_line(cloud, fit_options, workspace, {line.id, own.filter(), 1, {}}, &line) != FitOutcome::accepted) {
         continue;
       }
@@ -56,7 +46,7 @@ void clear_lines(const EventCloud& cloud, const ExtensionOptions& options, const
   const Holdings before(workspace.owner, cloud.size());
   bool any = false;
   for (MovingLine& line : all) {
-    const OwnEvents own(line);
+    const OwnEvents own(line.id);
     const SharedStretches shared(options.sharing, all, line, own.filter());
     if (shared.empty()) continue;
     any = true;
@@ -74,7 +64,7 @@ std::size_t extend_lines(const EventCloud& cloud, const ExtensionOptions& option
   const Holdings before(workspace.owner, cloud.size());
   std::size_t extended = 0;
   for (MovingLine& line : all) {
-    const OwnEvents own(line);
+    const OwnEvents own(line.id);
     const SharedStretches shared(options.sharing, all, line, own.filter());
     if (shared.empty()) continue;
     MovingLine longer = line;

@@ -12,8 +12,7 @@
 namespace lecalib {
 namespace {
 
-constexpr float kWideBandPx = 5;    // events that the robust fit chooses from
-constexpr float kBeyondEndsPx = 6;  // how far past the ends they are looked for
+constexpr float kWideBandPx = 5;  // events that the robust fit chooses from
 constexpr int kRounds = 3;
 
 constexpr int kMaxParts = 3;  // a line is cut at a kink that often, less one

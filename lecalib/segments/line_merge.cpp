@@ -186,11 +186,10 @@ std::size_t merge_lines(const EventCloud& cloud, const MergeOptions& options, co
       const bool agree = belong_together(cloud, options, a, b, of_b);
       MovingLine whole;
       if ((!agree && !may_lie_across(a, b, of_b)) || !join(a, b, of_b, fit_options.priors, &whole)) continue;
-      bool may_take[kMaxLines + 1] = {};
-      may_take[a.id] = may_take[b.id] = true;
-      const SharedStretches shared(sharing, lines.first(*count), whole, {may_take});
+      const OwnEvents own(a.id, b.id);
+      const SharedStretches shared(sharing, lines.first(*count), whole, own.filter());
       if (!agree && !lie_across(cloud, options, a, b, of_b, whole, shared)) continue;
-      const FitClaim claim{a.id, {may_take}, kJoinTolerance, shared};
+      const FitClaim claim{a.id, own.filter(), kJoinTolerance, shared};
       if (fit_line(cloud, fit_options, workspace, claim, &whole) != FitOutcome::accepted) continue;
       a = whole;
       b.events = 0;

@@ -34,6 +34,17 @@ struct OwnerFilter {
   }
 };
 
+/// Lets a line take its own events and free ones; with two ids, those of both pieces of a line.
+class OwnEvents {
+ public:
+  explicit OwnEvents(std::uint8_t id) noexcept : OwnEvents(id, id) {}
+  OwnEvents(std::uint8_t id, std::uint8_t other) noexcept { may_take_[id] = may_take_[other] = true; }
+  [[nodiscard]] OwnerFilter filter() const noexcept { return {may_take_}; }
+
+ private:
+  bool may_take_[kMaxLines + 1] = {};
+};
+
 /// Memory that growing, fitting and merging share.
 struct LineWorkspace {
   Span<std::uint8_t> owner;       ///< [events] 0: free, else the id of the line that holds the event

@@ -9,7 +9,6 @@
 namespace lecalib {
 namespace {
 
-constexpr float kBeyondEndsPx = 6;  // how far past a line's ends it takes events
 constexpr float kScatterSigmas = 2.5F;
 constexpr float kBendChangePx = 0.1F;  // of m4, between lines that cross at a small angle
 constexpr int kMaxHalvings = 3;
