@@ -23,9 +23,13 @@ using Mat23 = Eigen::Matrix<double, 2, 3>;
 using Mat25 = Eigen::Matrix<double, 2, 5>;
 using Mat29 = Eigen::Matrix<double, 2, 9>;
 
+/// Whether the lens is centred, as most are taken to be.
+inline bool is_centred(const Camera& c) { return c.p1 == 0.0 && c.p2 == 0.0; }
+
 /// The image of an ideal point whose radial factor is at hand, normalised coordinates.
 inline Vec2 distorted_point(const Camera& c, const Vec2& ideal, const RadialFactor& radial) {
   const double x = ideal(0), y = ideal(1);
+  if (is_centred(c)) return {x * radial.value, y * radial.value};
   const double xy2 = 2.0 * x * y, q = x * x + y * y;
   return {x * radial.value + c.p1 * xy2 + c.p2 * (q + 2.0 * x * x),
           y * radial.value + c.p2 * xy2 + c.p1 * (q + 2.0 * y * y)};
@@ -35,9 +39,11 @@ inline Vec2 distorted_point(const Camera& c, const Vec2& ideal, const RadialFact
 inline Vec2 distorted_motion(const Camera& c, const Vec2& ideal, const RadialFactor& radial, const Vec2& v) {
   const double x = ideal(0), y = ideal(1);
   const double stretch = 2.0 * radial.by_q * (x * v(0) + y * v(1));
+  const Vec2 by_radius(radial.value * v(0) + x * stretch, radial.value * v(1) + y * stretch);
+  if (is_centred(c)) return by_radius;
   const double cross = 2.0 * (c.p1 * x + c.p2 * y);
-  return {radial.value * v(0) + x * stretch + (2.0 * c.p1 * y + 6.0 * c.p2 * x) * v(0) + cross * v(1),
-          radial.value * v(1) + y * stretch + cross * v(0) + (2.0 * c.p2 * x + 6.0 * c.p1 * y) * v(1)};
+  return {by_radius(0) + (2.0 * c.p1 * y + 6.0 * c.p2 * x) * v(0) + cross * v(1),
+          by_radius(1) + cross * v(0) + (2.0 * c.p2 * x + 6.0 * c.p1 * y) * v(1)};
 }
 
 /// weight . d(image)/d(k1 k2 p1 p2 k3), image in normalised coordinates.

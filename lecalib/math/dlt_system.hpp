@@ -6,7 +6,7 @@
 
 #include "lecalib/math/cholesky.hpp"
 #include "lecalib/math/eigen.hpp"
-#include "lecalib/math/jacobi_eigen.hpp"
+#include "lecalib/math/smallest_eigenvector.hpp"
 
 namespace lecalib {
 
@@ -88,11 +88,8 @@ class DltSystem {
     const Eigen::Matrix<double, 3, kRest> fitted = last.solve(Eigen::Matrix<double, 3, kRest>(cross.transpose()));
     const Eigen::Matrix<double, kRest, kRest> reduced =
         AtA_.template topLeftCorner<kRest, kRest>() - cross.lazyProduct(fitted);
-    Eigen::Matrix<double, kRest, 1> values;
-    Eigen::Matrix<double, kRest, kRest> vectors;
-    jacobi_eigen(reduced, &values, &vectors);
-    if (!(values(1) > kMinEigenRatio * values(kRest - 1))) return false;
-    const Eigen::Matrix<double, kRest, 1> rest = vectors.col(0);
+    Eigen::Matrix<double, kRest, 1> rest;
+    if (!smallest_eigenvector(reduced, kMinEigenRatio, &rest)) return false;
     M->template leftCols<D>() = Eigen::Map<const Eigen::Matrix<double, 3, D>>(rest.data());
     M->col(D) = -(fitted.lazyProduct(rest));
     return true;

@@ -12,7 +12,7 @@ constexpr double kFootTolerancePx = 1e-4;
 
 /// Where the next search goes on from the step that this one leaves out, one evaluation does: the error of the
 /// residual, 1e-6 px at most, shrinks by its square from one iteration to the next.
-constexpr double kWarmTolerancePx = 1e-2;
+constexpr double kWarmTolerancePx = 1e-1;
 constexpr int kMaxFootSteps = 40;
 
 /// Share of Gauss-Newton's curvature below which the secant's is not trusted.
@@ -28,27 +28,46 @@ constexpr double kInsideFold = 0.9999;
 /// How far lines are followed, over the radius of the knee.
 constexpr double kBeyondKnee = 1.5;
 
-/// A point of the ideal line with its image, relative to the measured pixel.
+/// A point (x, y) of the ideal line with its radial factor and its image (x_d, y_d). In scalars throughout, as are the
+/// loops below: compilers make them of vectors of two, and lose more in moving these about than they gain.
 struct Candidate {
-  Vec2 ideal;
+  double x, y;
   RadialFactor radial;
-  Vec2 distorted;
-  Vec2 offset_px;   // image - pixel
-  Vec2 tangent_px;  // d(image)/ds
+  double x_d, y_d;
+  double offset_u, offset_v;    // image - pixel, px
+  double tangent_u, tangent_v;  // d(image)/ds, px
 };
 
-/// How the image moves, px, when the ideal point moves along `direction`.
-Vec2 image_motion(const Camera& c, const Candidate& at, const Vec2& direction) {
-  const Vec2 moved = distorted_motion(c, at.ideal, at.radial, direction);
-  return {c.fx * moved(0), c.fy * moved(1)};
+/// evaluate() for all models and anywhere.
+Candidate evaluate_any(const Camera& c, const IdealLine& line, double s, double u, double v) {
+  const Vec2 ideal = line.origin + s * line.direction;
+  const RadialFactor radial = radial_at(c, ideal.squaredNorm(), line.knee);
+  const Vec2 image = distorted_point(c, ideal, radial);
+  const Vec2 tangent = distorted_motion(c, ideal, radial, line.direction);
+  return {ideal(0),          ideal(1),          radial, image(0), image(1), c.fx * image(0) + (c.cx - u), c.fy * image(1) + (c.cy - v),
+          c.fx * tangent(0), c.fy * tangent(1)};
 }
 
-void evaluate(const Camera& c, const IdealLine& line, double s, const Vec2& pixel, Candidate* out) {
-  out->ideal = line.origin + s * line.direction;
-  out->radial = radial_at(c, out->ideal.squaredNorm(), line.knee);
-  out->distorted = distorted_point(c, out->ideal, out->radial);
-  out->offset_px = Vec2(c.fx * out->distorted(0) + c.cx - pixel(0), c.fy * out->distorted(1) + c.cy - pixel(1));
-  out->tangent_px = image_motion(c, *out, line.direction);
+/// The point origin + s direction, whose squared radius is offset^2 + s^2.
+inline Candidate evaluate(const Camera& c, const IdealLine& line, double s, double u, double v) {
+  const double q = line.offset * line.offset + s * s;
+  if (c.model != DistortionModel::brown || !is_centred(c) || q > line.knee * line.knee) {
+    return evaluate_any(c, line, s, u, v);
+  }
+  const RadialFactor radial = brown_radial_at(c, q);
+  const double stretch = 2.0 * radial.by_q * s;
+  const double dx = line.direction(0), dy = line.direction(1);
+  const double x = line.origin(0) + s * dx, y = line.origin(1) + s * dy;
+  const double x_d = x * radial.value, y_d = y * radial.value;
+  return {x,
+          y,
+          radial,
+          x_d,
+          y_d,
+          c.fx * x_d + (c.cx - u),
+          c.fy * y_d + (c.cy - v),
+          c.fx * (radial.value * dx + x * stretch),
+          c.fy * (radial.value * dy + y * stretch)};
 }
 
 /// Where the roughly un-distorted pixel faces the line.
@@ -66,38 +85,50 @@ double beyond_bracket(const IdealLine& line, double low, double high, double nex
 }
 
 /// @param[in,out] s where to begin, and the foot
-bool search_foot(const Camera& camera, const IdealLine& line, const Vec2& pixel, double tolerance_px, double* s,
-                 Candidate* best) {
+inline bool search_foot(const Camera& camera, const IdealLine& line, double u, double v, double tolerance_px, double* s,
+                        Candidate* best) {
   double low = -line.half_length;  // the foot is between these, or at the end of the line
   double high = line.half_length;
-  *s = std::clamp(*s, low, high);
-  double last_s = *s;
+  double at = std::clamp(*s, low, high);
+  double last_at = at;
   double last_gradient = 0.0;
   for (int i = 0;; ++i) {
-    evaluate(camera, line, *s, pixel, best);
-    const double speed2 = best->tangent_px.squaredNorm();
+    const Candidate here = evaluate(camera, line, at, u, v);
+    const double speed2 = here.tangent_u * here.tangent_u + here.tangent_v * here.tangent_v;
     if (!(speed2 > 0.0)) return false;
-    const double gradient = best->tangent_px.dot(best->offset_px);
-    (gradient > 0.0 ? high : low) = *s;
+    const double gradient = here.tangent_u * here.offset_u + here.tangent_v * here.offset_v;
+    (gradient > 0.0 ? high : low) = at;
     // Gauss-Newton's curvature first, then the secant's: near the fold the image bends within a few pixels.
-    const double secant = i > 0 ? (gradient - last_gradient) / (*s - last_s) : speed2;
-    double next = *s - gradient / (secant > kMinCurvature * speed2 ? secant : speed2);
+    double curvature = speed2;
+    if (i > 0) {
+      const double secant = (gradient - last_gradient) / (at - last_at);
+      if (secant > kMinCurvature * speed2) curvature = secant;
+    }
+    double next = at - gradient / curvature;
     if (!(next > low && next < high)) next = beyond_bracket(line, low, high, next);
-    last_s = *s;
+    const double moved2 = (next - at) * (next - at) * speed2;
+    if (moved2 <= tolerance_px * tolerance_px || i == kMaxFootSteps) {
+      *s = next;
+      *best = here;
+      return true;
+    }
+    last_at = at;
     last_gradient = gradient;
-    const double moved2 = (next - *s) * (next - *s) * speed2;
-    *s = next;
-    if (moved2 <= tolerance_px * tolerance_px || i == kMaxFootSteps) return true;
+    at = next;
   }
 }
 
-Vec2 unit_normal(const Vec2& tangent) { return Vec2(-tangent(1), tangent(0)) / tangent.norm(); }
+/// Unit normal of the distorted line.
+Vec2 unit_normal(const Candidate& at) {
+  const double inverse = 1.0 / std::sqrt(at.tangent_u * at.tangent_u + at.tangent_v * at.tangent_v);
+  return {-at.tangent_v * inverse, at.tangent_u * inverse};
+}
 
 bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, double tolerance_px, LineFoot* foot) {
   Candidate best;
   double s = starting_parameter(camera, ideal, pixel);
-  if (!search_foot(camera, ideal, pixel, tolerance_px, &s, &best)) return false;
-  *foot = {best.ideal, pixel + best.offset_px, unit_normal(best.tangent_px)};
+  if (!search_foot(camera, ideal, pixel(0), pixel(1), tolerance_px, &s, &best)) return false;
+  *foot = {Vec2(best.x, best.y), pixel + Vec2(best.offset_u, best.offset_v), unit_normal(best)};
   return true;
 }
 
@@ -126,6 +157,7 @@ bool ideal_line(const CameraLine& line, double radius_limit, IdealLine* out) {
   out->direction = Vec2(-out->normal(1), out->normal(0));
   out->origin = -offset * out->normal;
   out->scale = scale;
+  out->offset = offset;
   out->half_length = std::sqrt(limit * limit - offset * offset);
   out->knee = kUnboundedRadius;
   return true;
@@ -152,22 +184,31 @@ bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine
   Candidate best;
   const bool cold = *foot == kNoFoot;
   double s = cold ? starting_parameter(camera, ideal, pixel) : static_cast<double>(*foot);
-  if (!search_foot(camera, ideal, pixel, cold ? kFootTolerancePx : kWarmTolerancePx, &s, &best)) return false;
+  if (!search_foot(camera, ideal, pixel(0), pixel(1), kWarmTolerancePx, &s, &best)) return false;
   *foot = static_cast<float>(s);
-  const Vec2 normal = unit_normal(best.tangent_px);
-  out->value_px = -normal.dot(best.offset_px);
+  const Vec2 normal = unit_normal(best);
+  out->value_px = -(normal(0) * best.offset_u + normal(1) * best.offset_v);
 
   // The foot moves across the ideal line by -ideal.normal d(N . m~) / scale.
-  const double gain = normal.dot(image_motion(camera, best, ideal.normal)) / ideal.scale;
-  const Vec3 m(best.ideal(0), best.ideal(1), 1.0);
-  out->d_pose << gain * line.moment.cross(m).transpose(), gain * line.direction.cross(m).transpose();
+  const Vec2 weight(normal(0) * camera.fx, normal(1) * camera.fy);
+  const Vec2 foot_ideal(best.x, best.y);
+  const double gain = weight.dot(distorted_motion(camera, foot_ideal, best.radial, ideal.normal)) / ideal.scale;
+  const double x = gain * best.x, y = gain * best.y;
+  const Vec3& N = line.moment;
+  const Vec3& D = line.direction;
+  double* const d_pose = out->d_pose.data();  // gain (N x m~, D x m~)
+  d_pose[0] = N(1) * gain - N(2) * y;
+  d_pose[1] = N(2) * x - N(0) * gain;
+  d_pose[2] = N(0) * y - N(1) * x;
+  d_pose[3] = D(1) * gain - D(2) * y;
+  d_pose[4] = D(2) * x - D(0) * gain;
+  d_pose[5] = D(0) * y - D(1) * x;
 
-  out->d_intrinsics(0) = -normal(0) * best.distorted(0);
-  out->d_intrinsics(1) = -normal(1) * best.distorted(1);
+  out->d_intrinsics(0) = -normal(0) * best.x_d;
+  out->d_intrinsics(1) = -normal(1) * best.y_d;
   out->d_intrinsics(2) = -normal(0);
   out->d_intrinsics(3) = -normal(1);
-  out->d_intrinsics.tail<5>() =
-      -distortion_gradient(camera, best.ideal, Vec2(normal(0) * camera.fx, normal(1) * camera.fy), ideal.knee);
+  out->d_intrinsics.tail<5>() = -distortion_gradient(camera, foot_ideal, weight, ideal.knee);
   return true;
 }
 

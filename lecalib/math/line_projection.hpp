@@ -28,6 +28,7 @@ struct IdealLine {
   Vec2 normal;
   Vec2 direction;
   Vec2 origin;   ///< the line's point nearest to the principal point
+  double offset;
   double scale;  ///< moment = scale (normal, offset)
   double half_length;
   double knee = kUnboundedRadius;  ///< see straightened_line()

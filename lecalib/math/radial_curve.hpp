@@ -38,10 +38,13 @@ struct RadialFactor {
 /// radial_at() of the polynomial and of the division model.
 RadialFactor inverse_radial_at(const Camera& camera, double q);
 
+inline RadialFactor brown_radial_at(const Camera& c, double q) {
+  return {1.0 + q * (c.k1 + q * (c.k2 + q * c.k3)), c.k1 + q * (2.0 * c.k2 + q * 3.0 * c.k3)};
+}
+
 /// @param q squared ideal radius, below that of valid_radius()
 inline RadialFactor radial_at(const Camera& c, double q) {
-  if (c.model != DistortionModel::brown) return inverse_radial_at(c, q);
-  return {1.0 + q * (c.k1 + q * (c.k2 + q * c.k3)), c.k1 + q * (2.0 * c.k2 + q * 3.0 * c.k3)};
+  return c.model == DistortionModel::brown ? brown_radial_at(c, q) : inverse_radial_at(c, q);
 }
 
 /// The same with the radial curve going on straight from the radius `knee` on: a curve without an end, for searches on

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "lecalib/math/dlt_system.hpp"
+#include "lecalib/math/jacobi_eigen.hpp"
 #include "lecalib/math/so3.hpp"
 
 namespace lecalib {
