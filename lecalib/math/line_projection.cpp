@@ -11,7 +11,7 @@ namespace {
 constexpr double kFootTolerancePx = 1e-4;
 
 /// Where the next search goes on from the step that this one leaves out, one evaluation does: the error of the
-/// residual, 1e-6 px at most, shrinks by its square from one iteration to the next.
+/// residual, 1e-5 px or, near the fold, 1e-4, shrinks by its square from one iteration to the next.
 constexpr double kWarmTolerancePx = 1e-1;
 constexpr int kMaxFootSteps = 40;
 
@@ -44,8 +44,15 @@ Candidate evaluate_any(const Camera& c, const IdealLine& line, double s, double 
   const RadialFactor radial = radial_at(c, ideal.squaredNorm(), line.knee);
   const Vec2 image = distorted_point(c, ideal, radial);
   const Vec2 tangent = distorted_motion(c, ideal, radial, line.direction);
-  return {ideal(0),          ideal(1),          radial, image(0), image(1), c.fx * image(0) + (c.cx - u), c.fy * image(1) + (c.cy - v),
-          c.fx * tangent(0), c.fy * tangent(1)};
+  return {ideal(0),
+          ideal(1),
+          radial,
+          image(0),
+          image(1),
+          c.fx * image(0) + (c.cx - u),
+          c.fy * image(1) + (c.cy - v),
+          c.fx * tangent(0),
+          c.fy * tangent(1)};
 }
 
 /// The point origin + s direction, whose squared radius is offset^2 + s^2.
@@ -85,8 +92,8 @@ double beyond_bracket(const IdealLine& line, double low, double high, double nex
 }
 
 /// @param[in,out] s where to begin, and the foot
-inline bool search_foot(const Camera& camera, const IdealLine& line, double u, double v, double tolerance_px, double* s,
-                        Candidate* best) {
+[[gnu::always_inline]] inline bool search_foot(const Camera& camera, const IdealLine& line, double u, double v,
+                                               double tolerance_px, double* s, Candidate* best) {
   double low = -line.half_length;  // the foot is between these, or at the end of the line
   double high = line.half_length;
   double at = std::clamp(*s, low, high);
@@ -150,10 +157,11 @@ bool ideal_line(const CameraLine& line, double radius_limit, IdealLine* out) {
   const Vec2 n = line.moment.head<2>();
   const double scale = n.norm();
   if (!(scale > 1e-12 * std::abs(line.moment(2)))) return false;
-  const double offset = line.moment(2) / scale;
+  const double inverse = 1.0 / scale;
+  const double offset = line.moment(2) * inverse;
   const double limit = kInsideFold * radius_limit;
   if (!(std::abs(offset) < limit)) return false;
-  out->normal = n / scale;
+  out->normal = n * inverse;
   out->direction = Vec2(-out->normal(1), out->normal(0));
   out->origin = -offset * out->normal;
   out->scale = scale;
@@ -184,7 +192,8 @@ bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine
   Candidate best;
   const bool cold = *foot == kNoFoot;
   double s = cold ? starting_parameter(camera, ideal, pixel) : static_cast<double>(*foot);
-  if (!search_foot(camera, ideal, pixel(0), pixel(1), kWarmTolerancePx, &s, &best)) return false;
+  if (!search_foot(camera, ideal, pixel(0), pixel(1), cold ? kFootTolerancePx : kWarmTolerancePx, &s, &best))
+    return false;
   *foot = static_cast<float>(s);
   const Vec2 normal = unit_normal(best);
   out->value_px = -(normal(0) * best.offset_u + normal(1) * best.offset_v);

@@ -27,7 +27,7 @@ CameraLine line_in_camera(const Mat3& R, const Vec3& t, const ModelLine& line);
 struct IdealLine {
   Vec2 normal;
   Vec2 direction;
-  Vec2 origin;   ///< the line's point nearest to the principal point
+  Vec2 origin;  ///< the line's point nearest to the principal point
   double offset;
   double scale;  ///< moment = scale (normal, offset)
   double half_length;
@@ -60,7 +60,7 @@ struct LineFoot {
 /// @return false, *foot unchanged, where no part of the ideal line lies inside radius_limit
 bool find_foot(const Camera& camera, double radius_limit, const CameraLine& line, const Vec2& pixel, LineFoot* foot);
 
-/// As above, with the ideal line at hand, and to 0.01 px along the line: for those who only look at distances.
+/// As above, with the ideal line at hand, and to 0.1 px along the line: for those who only look at distances.
 /// @return false, *foot unchanged, where the line's image has no tangent
 bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, LineFoot* foot);
 

@@ -19,11 +19,11 @@ namespace detail {
 /// @return false, *x unchanged, where that proves nothing: other eigenvalues are near
 template <int N>
 bool prove_smallest_eigenvector(const Eigen::Matrix<double, N, N>& a, Eigen::Matrix<double, N, 1>* x) {
-  constexpr double kShift = 1e-13;     // of the trace: keeps the factors of a singular matrix finite
-  constexpr double kGap = 1e-8;        // of the trace, at least, to the second eigenvalue
-  constexpr double kMaxError = 1e-8;   // radians
-  constexpr double kSettled = 1e-20;   // squared change
-  constexpr int kMaxIterations = 20;   // enough where the second eigenvalue is three times the first
+  constexpr double kShift = 1e-13;    // of the trace: keeps the factors of a singular matrix finite
+  constexpr double kGap = 1e-8;       // of the trace, at least, to the second eigenvalue
+  constexpr double kMaxError = 1e-8;  // radians
+  constexpr double kSettled = 1e-20;  // squared change
+  constexpr int kMaxIterations = 20;  // enough where the second eigenvalue is three times the first
   using Vector = Eigen::Matrix<double, N, 1>;
   const double trace = a.trace();
   Cholesky<N> factor;

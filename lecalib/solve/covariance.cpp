@@ -22,8 +22,7 @@ double condition_of(const Mat9& information) {
   const Vec9 scale = information.diagonal().cwiseSqrt().cwiseInverse();
   const Mat9 scaled = scale.asDiagonal() * information * scale.asDiagonal();
   Vec9 values;
-  Mat9 vectors;
-  jacobi_eigen(scaled, &values, &vectors);
+  jacobi_eigen<double, 9>(scaled, &values, nullptr);
   return values(0) > 0.0 ? values(8) / values(0) : 1e300;
 }
 

@@ -39,13 +39,13 @@ Mat3 centred(const Mat3& H, const Straightening& s) {
   return G;
 }
 
-/// The pose of a view for a known camera from its linear solution; adds its points to *sum.
+/// The pose of a view for a known camera from its linear solution; adds its points to *sum, which may be null.
 bool pose_view(const CalibrationData& data, const View& view, const LinearView& linear, const Camera& camera,
                Pose* pose, Visibility* sum) {
   if (linear.shape == ModelShape::collinear) return false;
   if (linear.shape == ModelShape::non_planar) {
     if (!pose_from_projection(Eigen::Map<const Mat34>(linear.projection), camera, pose)) return false;
-    add_visibility(data, view, camera, *pose, kCapPx, sum);
+    if (sum != nullptr) add_visibility(data, view, camera, *pose, kCapPx, sum);
     return true;
   }
   const Pose plane = pose_from_homography(Eigen::Map<const Mat3>(linear.projection), camera, Vec2::Zero());
@@ -54,17 +54,20 @@ bool pose_view(const CalibrationData& data, const View& view, const LinearView& 
   Mat3 R = rotation_of(plane);
   Vec3 t = translation_of(plane);
   *pose = make_pose(R * axes, t - R * axes * origin);
-  const std::size_t points_before = sum->points;
-  const std::size_t in_front_before = sum->in_front;
-  add_visibility(data, view, camera, *pose, kCapPx, sum);
+  Visibility seen;
+  add_visibility(data, view, camera, *pose, kCapPx, &seen);
   // The homography fits the plane before and behind the camera alike: the side where most of the points are is taken.
-  const std::size_t points = sum->points - points_before;
-  const std::size_t in_front = sum->in_front - in_front_before;
-  if (2 * in_front >= points) return true;
+  const bool behind = 2 * seen.in_front < seen.points;
+  if (behind) seen.in_front = seen.points - seen.in_front;
+  if (sum != nullptr) {
+    sum->points += seen.points;
+    sum->in_front += seen.in_front;
+    sum->cost += seen.cost;
+  }
+  if (!behind) return true;
   R.leftCols<2>() *= -1.0;
   t = -t;
   *pose = make_pose(R * axes, t - R * axes * origin);
-  sum->in_front = in_front_before + points - in_front;
   return true;
 }
 
@@ -156,8 +159,7 @@ Status InitialGuess::settle() {
   bool any = false;
   for (std::size_t v = 0; v < data_.views.size(); ++v) {
     RefineView& view = workspace_.views[v];
-    Visibility seen;
-    view.used = pose_view(data_, data_.views[v], workspace_.linear[v], camera_, &view.pose, &seen);
+    view.used = pose_view(data_, data_.views[v], workspace_.linear[v], camera_, &view.pose, nullptr);
     any = any || view.used;
   }
   return any ? Status::ok : Status::degenerate_geometry;

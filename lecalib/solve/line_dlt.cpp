@@ -40,6 +40,9 @@ struct Reach {
 ModelLine within(const ModelLine& line, const Reach& reach) {
   if (!(reach.radius > 0.0)) return line;
   const Vec3 p = start_of(line);
+  const double radius2 = reach.radius * reach.radius;
+  if ((p - reach.centre).squaredNorm() <= radius2 && (end_of(line) - reach.centre).squaredNorm() <= radius2)
+    return line;
   const Vec3 d = end_of(line) - p;
   const double foot = d.dot(reach.centre - p) / d.squaredNorm();
   const double aside2 = (p + foot * d - reach.centre).squaredNorm();

@@ -14,6 +14,7 @@
 #include <cmath>
 
 #include "lecalib/math/cholesky.hpp"
+#include "lecalib/math/gram.hpp"
 #include "lecalib/math/so3.hpp"
 
 namespace lecalib {
@@ -26,20 +27,6 @@ constexpr double kMaxDamping = 1e10;
 /// Below it a step is nearly Gauss-Newton's, so that a small predicted decrease means convergence and not mere caution.
 constexpr double kTrustedDamping = 1e-2;
 constexpr double kMinDamping = 1e-15;
-
-/// *sum += factor * row, unrolled: the innermost work of all.
-template <int N>
-void add_scaled(double factor, const Eigen::Matrix<double, N, 1>& row, double* sum) {
-  Eigen::Map<Eigen::Matrix<double, N, 1>> column(sum);
-  column += factor * row;
-}
-
-/// Adds v v' to the lower triangle of *sum, from column K on, unrolled like the above.
-template <int K = 0, int N, int M>
-void add_lower_square(const Eigen::Matrix<double, N, 1>& v, Eigen::Matrix<double, M, M>* sum) {
-  sum->template block<N - K, 1>(K, K) += v(K) * v.template tail<N - K>();
-  if constexpr (K + 1 < N) add_lower_square<K + 1>(v, sum);
-}
 
 }  // namespace
 
@@ -104,19 +91,20 @@ bool Refiner::all_within(Loss loss, double width) const {
   return true;
 }
 
+/// Normal equations and residuals of one view. A row of the sum holds the derivatives by the pose, those by the first
+/// A intrinsics, which are all that are free, and the residual.
+template <int A>
 void Refiner::linearise_view(std::size_t index, double knee) {
+  constexpr int kResidual = 6 + A;
   const View& span = data_.views[index];
   RefineView& view = views_[index];
   const Mat3 R = rotation_of(view.pose);
   const Vec3 t = translation_of(view.pose);
-  Mat6 C = Mat6::Zero();
-  Mat69 E = Mat69::Zero();
-  Vec6 h = Vec6::Zero();
+  Gram<kResidual + 1> sum;
   std::uint32_t held_line = 0xFFFFFFFFU;
   CameraLine line{};
   IdealLine ideal{};
   bool visible = false;
-  const bool first_six = num_free_ > 0 && free_[num_free_ - 1] < 6;
   for (std::size_t i = span.first; i < span.first + span.count; ++i) {
     const LinePoint& point = data_.points[i];
     if (point.line != held_line) {
@@ -143,22 +131,24 @@ void Refiner::linearise_view(std::size_t index, double knee) {
     if (!counts) continue;
     data_cost_ += loss.rho;
     const double gain = loss.weight == 1.0 ? inverse_sigma : std::sqrt(loss.weight) * inverse_sigma;
-    const Vec6 p = gain * residual.d_pose.transpose();
-    const Vec9 a = gain * residual.d_intrinsics.transpose();
-    const double weighted = gain * residual.value_px;
-    h -= weighted * p;
-    data_gradient_ -= weighted * a;
-    add_lower_square(p, &C);
-    if (first_six) {
-      add_lower_square(Vec6(a.head<6>()), &data_block_);
-    } else {
-      add_lower_square(a, &data_block_);
-    }
-    for (int j = 0; j < num_free_; ++j) add_scaled(a(free_[j]), p, &E(0, free_[j]));
+    double row[sum.kSize] = {};
+    for (int j = 0; j < 6; ++j) row[j] = gain * residual.d_pose(j);
+    for (int j = 0; j < A; ++j) row[6 + j] = gain * residual.d_intrinsics(j);
+    row[kResidual] = gain * residual.value_px;
+    sum.add(row);
   }
-  Eigen::Map<Mat6>(view.pose_block) = C;
-  Eigen::Map<Mat69>(view.cross_block) = E;
-  Eigen::Map<Vec6>(view.pose_gradient) = h;
+  for (int j = 0; j < 6; ++j) {
+    view.pose_gradient[j] = -sum(j, kResidual);
+    for (int i = 0; i < 6; ++i) view.pose_block[6 * j + i] = sum(i, j);
+  }
+  for (double& entry : view.cross_block) entry = 0.0;
+  for (int j = 0; j < num_free_; ++j) {
+    for (int i = 0; i < 6; ++i) view.cross_block[6 * free_[j] + i] = sum(i, 6 + free_[j]);
+  }
+  for (int j = 0; j < A; ++j) {
+    data_gradient_(j) -= sum(6 + j, kResidual);
+    for (int i = j; i < A; ++i) data_block_(i, j) += sum(6 + j, 6 + i);
+  }
 }
 
 /// Of the prior on one intrinsic by itself; 0 where there is none.
@@ -215,14 +205,17 @@ bool Refiner::linearise() {
   data_cost_ = 0.0;
   points_used_ = points_lost_ = 0;
   const double knee = radius_of_slope(camera_, kKneeSlope);
+  const bool few = num_free_ == 0 || free_[num_free_ - 1] < 6;
   for (std::size_t v = 0; v < views_.size(); ++v) {
-    if (views_[v].used) linearise_view(v, knee);
+    if (!views_[v].used) continue;
+    few ? linearise_view<6>(v, knee) : linearise_view<9>(v, knee);
   }
   add_priors();
   return std::isfinite(cost_) && camera_.fx > 0.0 && camera_.fy > 0.0;
 }
 
-/// Takes the poses of `view`, and of its partner for N = 12, out of the system.
+/// Takes the poses of `view`, and of its partner for N = 12, out of the system's lower triangle: with C = L L' and
+/// X = inv(L) E, E' inv(C) E is X'X.
 template <int N>
 bool Refiner::eliminate(std::size_t view, double damping, ReducedSystem* system) const {
   PoseGroup<N> group;
@@ -230,15 +223,20 @@ bool Refiner::eliminate(std::size_t view, double damping, ReducedSystem* system)
   group.block.diagonal() *= 1.0 + damping;
   Cholesky<N> factor;
   if (!factor.factor(group.block, kMinPosePivot)) return false;
-  const Eigen::Matrix<double, N, 9> X = factor.solve(group.cross);
-  system->matrix -= group.cross.transpose().lazyProduct(X);  // a 9 x 9 product would take Eigen's heap for its blocks
-  system->gradient -= X.transpose().lazyProduct(group.gradient);
+  const Eigen::Matrix<double, N, 1> h = factor.whiten(group.gradient);
+  Eigen::Matrix<double, N, 9> X;  // columns of free parameters alone
+  for (int j = 0; j < num_free_; ++j) {
+    const int to = free_[j];
+    X.col(to) = factor.whiten(group.cross.col(to));
+    system->gradient(to) -= X.col(to).dot(h);
+    for (int i = 0; i <= j; ++i) system->matrix(to, free_[i]) -= X.col(to).dot(X.col(free_[i]));
+  }
   return true;
 }
 
 bool Refiner::reduce(double damping, ReducedSystem* out) const {
   ReducedSystem system;
-  system.matrix = intrinsic_block_.selfadjointView<Eigen::Lower>();
+  system.matrix = intrinsic_block_;
   system.matrix.diagonal() *= 1.0 + damping;
   system.gradient = intrinsic_gradient_;
   for (std::size_t v = 0; v < views_.size(); ++v) {
@@ -253,6 +251,7 @@ bool Refiner::reduce(double damping, ReducedSystem* out) const {
     system.matrix(i, i) = 1.0;
     system.gradient(i) = 0.0;
   }
+  system.matrix.triangularView<Eigen::StrictlyUpper>() = system.matrix.transpose();
   *out = system;
   return true;
 }
@@ -342,7 +341,7 @@ Status Refiner::step() {
   const bool tiny_step = relative_step <= options_.step_tolerance;
   if (finite && decrease >= 0.0) {
     const double share = 2.0 * decrease / std::max(predicted, 1e-300) - 1.0;
-    damping_ = std::max(damping_ * std::max(1.0 / 3.0, 1.0 - share * share * share), kMinDamping);
+    damping_ = std::max(damping_ * std::max(1.0 / 10.0, 1.0 - share * share * share), kMinDamping);
     damping_growth_ = 2.0;
     if (tiny_step) return finish(StopReason::small_step, Status::ok);
     if (damping_ < kTrustedDamping && predicted <= options_.decrease_tolerance * cost_before)

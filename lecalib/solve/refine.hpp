@@ -156,6 +156,7 @@ class Refiner {
 
  private:
   bool linearise();
+  template <int A>
   void linearise_view(std::size_t index, double knee);
   void add_priors();
   [[nodiscard]] bool all_within(Loss loss, double width) const;

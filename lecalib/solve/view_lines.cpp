@@ -2,8 +2,9 @@
 #include "lecalib/solve/view_lines.hpp"
 
 #include <algorithm>
+#include <cmath>
 
-#include "lecalib/math/jacobi_eigen.hpp"
+#include "lecalib/math/eigen.hpp"
 
 namespace lecalib {
 namespace {
@@ -20,15 +21,14 @@ Vec2 straighten(const Straightening& s, const LinePoint& point) {
 
 void fit_direction(LineMoments* m) {
   const double n = static_cast<double>(m->count);
-  Eigen::Matrix2d scatter;
-  scatter(0, 0) = m->xx - m->x * m->x / n;
-  scatter(1, 1) = m->yy - m->y * m->y / n;
-  scatter(0, 1) = scatter(1, 0) = m->xy - m->x * m->y / n;
-  Vec2 values;
-  Eigen::Matrix2d vectors;
-  jacobi_eigen(scatter, &values, &vectors);
-  m->direction[0] = vectors(0, 1);
-  m->direction[1] = vectors(1, 1);
+  // The eigenvector of the larger eigenvalue of [xx xy; xy yy], in the form that does not cancel.
+  const double xy = m->xy - m->x * m->y / n;
+  const double half_difference = 0.5 * ((m->xx - m->x * m->x / n) - (m->yy - m->y * m->y / n));
+  const double root = std::sqrt(half_difference * half_difference + xy * xy);
+  const Vec2 along = half_difference >= 0.0 ? Vec2(half_difference + root, xy) : Vec2(xy, root - half_difference);
+  const double length = along.norm();
+  m->direction[0] = length > 0.0 ? along(0) / length : 1.0;
+  m->direction[1] = length > 0.0 ? along(1) / length : 0.0;
   m->x /= n;
   m->y /= n;
 }
