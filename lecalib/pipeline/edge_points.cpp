@@ -11,11 +11,49 @@ namespace {
 
 enum class Quality : std::uint8_t { none, blurred, faint, strong };
 
-Quality quality_of(const EdgePointOptions& options, const EventLine& line) {
-  const LineEdge& edge = line.edge;
-  if (edge.crossings == 0 || edge.speed_px_per_s == 0 || line.polarity == 0) return Quality::none;
-  const bool strong = edge.events_per_crossing >= options.strong_events;
-  if (!(edge.scatter_px <= (strong ? options.max_scatter_px : options.max_faint_scatter_px))) return Quality::blurred;
+bool has_edge(const EventLine& line) {
+  return line.edge.crossings > 0 && line.edge.speed_px_per_s != 0 && line.polarity != 0;
+}
+
+bool is_strong(const EdgePointOptions& options, const LineEdge& edge) {
+  return edge.events_per_crossing >= options.strong_events;
+}
+
+/// What the strong edges of a recording scatter at best: a quantile of them all, as the lens blurs them and the pixels
+/// differ. @return px, 0 with too few edges to tell
+float usual_scatter_px(const EdgePointOptions& options, Span<const LineWindow> windows, Span<const LineMatch> matches) {
+  constexpr float kBinPx = 0.005F;
+  constexpr std::size_t kBins = 128;
+  constexpr std::uint32_t kMinEdges = 24;
+  constexpr std::uint32_t kPartBelow = 4;
+  std::uint32_t counts[kBins] = {};
+  std::uint32_t all = 0;
+  for (const LineMatch& match : matches) {
+    const EventLine& line = windows[match.window].lines[match.line];
+    if (!has_edge(line) || !is_strong(options, line.edge)) continue;
+    const float bin = line.edge.scatter_px / kBinPx;
+    ++counts[bin < kBins - 1 ? static_cast<std::size_t>(bin) : kBins - 1];
+    ++all;
+  }
+  if (all < kMinEdges) return 0;
+  std::size_t bin = 0;
+  for (std::uint32_t below = counts[0]; below * kPartBelow < all; below += counts[++bin]) {}
+  return (static_cast<float>(bin) + 0.5F) * kBinPx;
+}
+
+/// How much an edge may scatter to be a single one, px.
+struct ScatterLimits {
+  float strong, faint;
+
+  ScatterLimits(const EdgePointOptions& options, float usual_px)
+      : strong(std::clamp(options.scatter_over_usual * usual_px, options.max_scatter_px, options.max_usual_scatter_px)),
+        faint(options.max_faint_scatter_px) {}
+};
+
+Quality quality_of(const EdgePointOptions& options, const ScatterLimits& limits, const EventLine& line) {
+  if (!has_edge(line)) return Quality::none;
+  const bool strong = is_strong(options, line.edge);
+  if (!(line.edge.scatter_px <= (strong ? limits.strong : limits.faint))) return Quality::blurred;
   return strong ? Quality::strong : Quality::faint;
 }
 
@@ -81,9 +119,9 @@ bool is_other_flank(const EdgePointOptions& options, const EventLine& line, cons
 class PointMaker {
  public:
   /// @param reserved  points that matches may need
-  PointMaker(const EdgePointOptions& options, std::size_t reserved, Span<LinePoint> points, Span<EdgePoint> edges,
+  PointMaker(const EdgePointOptions& options, const ScatterLimits& limits, std::size_t reserved, Span<LinePoint> points, Span<EdgePoint> edges,
              EdgePointStats* stats)
-      : options_(options), reserved_(reserved), points_(points), edges_(edges), stats_(stats) {}
+      : options_(options), limits_(limits), reserved_(reserved), points_(points), edges_(edges), stats_(stats) {}
 
   [[nodiscard]] std::size_t count() const { return count_; }
 
@@ -91,11 +129,11 @@ class PointMaker {
   void add_view(const LineWindow& window, Span<const LineMatch> matches, int time) {
     std::uint32_t strong = 0;
     for (const LineMatch& match : matches) {
-      if (quality_of(options_, window.lines[match.line]) == Quality::strong) ++strong;
+      if (quality_of(options_, limits_, window.lines[match.line]) == Quality::strong) ++strong;
     }
     for (const LineMatch& match : matches) {
       const EventLine& line = window.lines[match.line];
-      const Quality quality = quality_of(options_, line);
+      const Quality quality = quality_of(options_, limits_, line);
       const bool needless = quality == Quality::faint && strong >= options_.strong_lines;
       if (time == 0) count(quality, needless);
       reserved_ -= kPointsPerEdge;
@@ -119,7 +157,7 @@ class PointMaker {
       const EventLine& other = window.lines[i];
       float distance = 0;
       bool turned = false;
-      if (quality_of(options_, other) < Quality::faint ||
+      if (quality_of(options_, limits_, other) < Quality::faint ||
           !is_other_flank(options_, window.lines[match.line], other, &distance, &turned) || distance >= least) {
         continue;
       }
@@ -144,12 +182,22 @@ class PointMaker {
   }
 
   const EdgePointOptions& options_;
+  const ScatterLimits limits_;
   std::size_t reserved_;  // for matches to come
   Span<LinePoint> points_;
   Span<EdgePoint> edges_;
   EdgePointStats* stats_;
   std::size_t count_ = 0;
 };
+
+/// Whether all matches name a line of a window and are ordered by window.
+bool are_valid(Span<const LineWindow> windows, Span<const LineMatch> matches) {
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (matches[i].window >= windows.size() || matches[i].line >= windows[matches[i].window].lines.size()) return false;
+    if (i > 0 && matches[i - 1].window > matches[i].window) return false;
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -158,16 +206,15 @@ Status make_edge_points(const EdgePointOptions& options, Span<const LineWindow> 
                         std::size_t* num_views, EdgePointStats* stats) {
   const std::size_t needed = kEdgePointsPerMatch * matches.size();
   if (points.size() < needed || edges.size() < needed) return Status::capacity_exceeded;
+  if (!are_valid(windows, matches)) return Status::invalid_argument;
   EdgePointStats counted;
-  PointMaker maker(options, needed, points, edges, &counted);
+  const ScatterLimits limits(options, usual_scatter_px(options, windows, matches));
+  PointMaker maker(options, limits, needed, points, edges, &counted);
   std::size_t made = 0;
   for (std::size_t first = 0, last = 0; first < matches.size(); first = last) {
     const std::uint16_t index = matches[first].window;
-    if (index >= windows.size() || (first > 0 && matches[first - 1].window > index)) return Status::invalid_argument;
     const LineWindow& window = windows[index];
-    for (; last < matches.size() && matches[last].window == index; ++last) {
-      if (matches[last].line >= window.lines.size()) return Status::invalid_argument;
-    }
+    while (last < matches.size() && matches[last].window == index) ++last;
     if (made + 2 > views.size()) return Status::capacity_exceeded;
     const auto half_us = 0.5 * static_cast<double>(window.end_us - window.begin_us);
     for (int time = 0; time < 2; ++time) {

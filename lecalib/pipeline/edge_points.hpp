@@ -15,6 +15,11 @@ struct EdgePointOptions {
   /// edge, but two close ones, a rim in relief, a shadow.
   float max_scatter_px = 0.18F;
   float max_faint_scatter_px = 0.22F;
+  /// A lens out of focus and pixels unlike each other make all edges scatter more: the limit of strong ones is this
+  /// many times what the better quarter of a recording's scatters, if that is above max_scatter_px and below the
+  /// other, where two rims look alike.
+  float scatter_over_usual = 1.5F;
+  float max_usual_scatter_px = 0.35F;
   /// One sigma, px, that an edge with no more than one event and a half per crossing has besides its own; it falls to
   /// nothing at one event more.
   float faint_sigma_px = 0.10F;

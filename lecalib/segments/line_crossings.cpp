@@ -150,7 +150,8 @@ class CrossingFitter {
     }
     // What is shared moves both times alike; as an error of each by itself it counts twice.
     const float few = std::max(1.0F, options_.shared_crossings / static_cast<float>(count_));
-    out.sigma_px = std::sqrt(variance + 2 * few * options_.shared_error_px * options_.shared_error_px);
+    const float shared = options_.shared_error_px * std::max(1.0F, spread_px_ / options_.shared_error_scatter_px);
+    out.sigma_px = std::sqrt(variance + 2 * few * shared * shared);
     out.scatter_px = spread_px_;
     out.events_per_crossing = events;
     out.speed_px_per_s = speed / half_window_us_ * 1e6F;

@@ -46,8 +46,10 @@ struct CrossingOptions {
   std::uint32_t min_crossings = 40;  ///< of a line; fewer share too few errors to average
   /// One sigma, px, of how much the edge and its events move apart within a window.
   float motion_change_px = 0.1F;
-  /// Error that neighbouring crossings share, px, of a line with shared_crossings; it grows as sqrt(1 / n) below that.
+  /// Error that neighbouring crossings share, px, of a line with shared_crossings; it grows as sqrt(1 / n) below that,
+  /// and with the scatter of crossings above the other figure, px.
   float shared_error_px = 0.04F;
+  float shared_error_scatter_px = 0.12F;
   float shared_crossings = 200;
 };
 
