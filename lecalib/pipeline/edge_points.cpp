@@ -37,7 +37,8 @@ float usual_scatter_px(const EdgePointOptions& options, Span<const LineWindow> w
   }
   if (all < kMinEdges) return 0;
   std::size_t bin = 0;
-  for (std::uint32_t below = counts[0]; below * kPartBelow < all; below += counts[++bin]) {}
+  for (std::uint32_t below = counts[0]; below * kPartBelow < all; below += counts[++bin]) {
+  }
   return (static_cast<float>(bin) + 0.5F) * kBinPx;
 }
 
@@ -67,9 +68,11 @@ struct Direction {
 /// The side of the normal (-y, x) on which the edge is dark.
 int dark_side(const EventLine& line) { return (line.polarity > 0) == (line.edge.speed_px_per_s > 0) ? 1 : -1; }
 
-void add_edge(const EdgePointOptions& options, const EventLine& line, int time, const LineMatch& match,
-              LinePoint* points, EdgePoint* edges) {
+/// @param between_us from an edge's first time to its second
+void add_edge(const EdgePointOptions& options, const EventLine& line, int time, float between_us,
+              const LineMatch& match, LinePoint* points, EdgePoint* edges) {
   constexpr float kFaintEvents = 1.5F;
+  constexpr float kMicrosecondsPerSecond = 1e6F;
   constexpr float kPlaceOnLine = 0.5F;  // places count from -1 to 1
   const LineEdge& edge = line.edge;
   const Direction direction(edge, time);
@@ -85,7 +88,10 @@ void add_edge(const EdgePointOptions& options, const EventLine& line, int time, 
     points[i].line = match.model_line;
     edges[i].normal_x = -direction.y / direction.length;
     edges[i].normal_y = direction.x / direction.length;
-    edges[i].speed_px_per_s = edge.speed_px_per_s;
+    // A line that comes nearer or turns moves faster at one end, and what is late lies further behind there.
+    edges[i].speed_px_per_s =
+        ((edge.x[1][i] - edge.x[0][i]) * edges[i].normal_x + (edge.y[1][i] - edge.y[0][i]) * edges[i].normal_y) /
+        between_us * kMicrosecondsPerSecond;
     edges[i].along = static_cast<float>(turned) * kPlaceOnLine * kEdgePlaces[i];
     edges[i].events = edge.events_per_crossing;
     edges[i].dark = static_cast<std::int8_t>(dark);
@@ -119,8 +125,8 @@ bool is_other_flank(const EdgePointOptions& options, const EventLine& line, cons
 class PointMaker {
  public:
   /// @param reserved  points that matches may need
-  PointMaker(const EdgePointOptions& options, const ScatterLimits& limits, std::size_t reserved, Span<LinePoint> points, Span<EdgePoint> edges,
-             EdgePointStats* stats)
+  PointMaker(const EdgePointOptions& options, const ScatterLimits& limits, std::size_t reserved, Span<LinePoint> points,
+             Span<EdgePoint> edges, EdgePointStats* stats)
       : options_(options), limits_(limits), reserved_(reserved), points_(points), edges_(edges), stats_(stats) {}
 
   [[nodiscard]] std::size_t count() const { return count_; }
@@ -138,14 +144,15 @@ class PointMaker {
       if (time == 0) count(quality, needless);
       reserved_ -= kPointsPerEdge;
       if (quality < Quality::faint || needless) continue;
-      add(line, match, time);
+      add(window, line, match, time);
       add_other_flank(window, matches, match, time);
     }
   }
 
  private:
-  void add(const EventLine& line, const LineMatch& match, int time) {
-    add_edge(options_, line, time, match, &points_[count_], &edges_[count_]);
+  void add(const LineWindow& window, const EventLine& line, const LineMatch& match, int time) {
+    const float between_us = kEdgeTime * static_cast<float>(window.end_us - window.begin_us);
+    add_edge(options_, line, time, between_us, match, &points_[count_], &edges_[count_]);
     count_ += kPointsPerEdge;
   }
 
@@ -169,7 +176,7 @@ class PointMaker {
     }
     if (nearest == nullptr) return;
     const bool has_room = count_ + kPointsPerEdge + reserved_ <= std::min(points_.size(), edges_.size());
-    if (has_room) add(*nearest, flank, time);
+    if (has_room) add(window, *nearest, flank, time);
     if (!has_room) ++stats_->flanks_dropped;
     if (has_room && time == 0) ++stats_->flanks;
   }

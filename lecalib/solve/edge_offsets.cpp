@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lecalib/math/chance.hpp"
 #include "lecalib/math/cholesky.hpp"
 
 namespace lecalib {
 namespace {
 
-enum Shared : std::uint16_t { kDark, kTrailing, kLatency, kBend };
+enum Shared : std::uint16_t { kDark, kTrailing, kBend, kBySpeed, kLatency };
 enum OfLine : std::size_t { kHalfWidth, kOffset, kTilt };  // the last two twice, for OFF and for ON
 
 constexpr std::uint16_t kNone = 0xFFFF;
@@ -20,6 +21,13 @@ std::size_t slot_of(std::size_t line, OfLine which, bool on) {
 }
 
 double sign_of(float v) { return v > 0 ? 1.0 : v < 0 ? -1.0 : 0.0; }
+
+/// ln(|v| / v0); a line that turns about one of its points has some that stand still.
+double log_speed(float px_per_s) {
+  constexpr float kSlowest = 0.1F;
+  constexpr float kUsual = 150;
+  return static_cast<double>(natural_log(std::max(std::fabs(px_per_s) / kUsual, kSlowest)));
+}
 
 /// Cholesky's decomposition takes the place of a lower triangle by rows. @return false where it is not definite
 bool factor(Span<double> a, std::size_t n) {
@@ -65,6 +73,7 @@ void EdgeOffsets::init(const CalibrationData& data, const EdgeOffsetOptions& opt
   workspace_.sigma[kTrailing] = options.trailing_px;
   workspace_.sigma[kBend] = options.bend_px;
   workspace_.sigma[kLatency] = kSecondsPerMs * options.latency_ms;
+  workspace_.sigma[kBySpeed] = options.by_speed_px;
   size_ = kSharedOffsets;
   for (std::uint16_t& slot : workspace_.slot) slot = kNone;
   for (std::size_t line = 0; line < data.model.size(); ++line) add_line(line);
@@ -72,7 +81,8 @@ void EdgeOffsets::init(const CalibrationData& data, const EdgeOffsetOptions& opt
 }
 
 double EdgeOffsets::mean(std::size_t offset) const {
-  return offset == kLatency ? kSecondsPerMs * options_.mean_latency_ms : 0.0;
+  if (offset == kLatency) return kSecondsPerMs * options_.mean_latency_ms;
+  return offset == kBySpeed ? options_.mean_by_speed_px : 0.0;
 }
 
 void EdgeOffsets::restart() {
@@ -158,6 +168,7 @@ OffsetTerms EdgeOffsets::terms(std::size_t point) const {
   const auto along = static_cast<double>(edge.along);
   add_term(kBend, dark * (6 * along * along - 0.5));
   add_term(kTrailing, -sign_of(edge.speed_px_per_s));
+  add_term(kBySpeed, -dark * log_speed(edge.speed_px_per_s));
   add_term(kLatency, -static_cast<double>(edge.speed_px_per_s));
   add_term(workspace_.slot[slot_of(line, kHalfWidth, on)], dark);
   add_term(workspace_.slot[slot_of(line, kOffset, on)], dark);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 /// What displaces the points of moving edges from the model's lines, in all views alike: estimated with the camera.
 ///
-///     displacement along a point's normal = D (d0 + w + u + f g + (6 f^2 - 1/2) b0) - sign(v) a0 - v tau
+///     displacement along a point's normal = D (d0 + w + u + f g + (6 f^2 - 1/2) b0 - ln(|v| / v0) c0) - sign(v) a0 - v tau
 ///
-/// with D the side on which the edge is dark, v its speed and f its place along the line from -1/2 to 1/2; d0, b0, a0
-/// and tau are shared by all lines, u and g belong to a model line's edges of one polarity, w to a drawn line: one that
+/// with D the side on which the edge is dark, v the point's speed and f its place along the line from -1/2 to 1/2; d0,
+/// b0, c0, a0 and tau are shared by all lines, u and g belong to a model line's edges of one polarity, w to a drawn line: one that
 /// is dark between two flanks, whose middle is the model's.
 ///
 /// Residuals are linear in the offsets. With camera and poses eliminated, one linear solution beside a converged
@@ -32,6 +32,10 @@ struct EdgeOffsetOptions {
   double bend_px = 0.05;          ///< b0: what fires near a line's ends lies further towards the dark, or less far
   double latency_ms = 0.15;       ///< tau, about ...
   double mean_latency_ms = 0.05;  ///< ... this
+  /// c0, one sigma and mean: pixels are slow in the dark, so that the dark side of what moves fast is seen late. In
+  /// simulation it is 0.04 to 0.1 over speeds from 20 to 800 px/s.
+  double by_speed_px = 0.04;
+  double mean_by_speed_px = 0.05;
   double line_px = 0.07;          ///< u, for two and a half events per crossing and more ...
   double faint_line_px = 0.15;    ///< ... and for one and a half or less
   double tilt_px = 0.05;          ///< g, from end to end
@@ -45,9 +49,9 @@ struct EdgeOffsetOptions {
   double max_sigmas = 3.5;
 };
 
-inline constexpr std::size_t kSharedOffsets = 4;   ///< d0, a0, tau, b0
+inline constexpr std::size_t kSharedOffsets = 5;   ///< d0, a0, b0, c0, tau
 inline constexpr std::size_t kOffsetsPerLine = 5;  ///< w, and u and g of either polarity
-inline constexpr std::size_t kMaxOffsetTerms = 7;  ///< of one point
+inline constexpr std::size_t kMaxOffsetTerms = 8;  ///< of one point
 
 struct EdgeOffsetCapacities {
   std::size_t model_lines = 64;
