@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 /// What displaces the points of moving edges from the model's lines, in all views alike: estimated with the camera.
 ///
-///     displacement along a point's normal = D (d0 + w + u + f g + (6 f^2 - 1/2) b0 - ln(|v| / v0) c0) - sign(v) a0 - v tau
+///     displacement along a point's normal
+///       = D (d0 + w + u + f g + (6 f^2 - 1/2) b0 - ln(|v| / v0) c0) - sign(v) a0 - v tau
 ///
 /// with D the side on which the edge is dark, v the point's speed and f its place along the line from -1/2 to 1/2; d0,
-/// b0, c0, a0 and tau are shared by all lines, u and g belong to a model line's edges of one polarity, w to a drawn line: one that
-/// is dark between two flanks, whose middle is the model's.
+/// b0, c0, a0 and tau are shared by all lines, u and g belong to a model line's edges of one polarity, w to a drawn
+/// line: one that is dark between two flanks, whose middle is the model's.
 ///
 /// Residuals are linear in the offsets. With camera and poses eliminated, one linear solution beside a converged
 /// refinement gives the offsets; the points move by it and the refinement goes on. Together they find the minimum over
@@ -36,10 +37,10 @@ struct EdgeOffsetOptions {
   /// simulation it is 0.04 to 0.1 over speeds from 20 to 800 px/s.
   double by_speed_px = 0.04;
   double mean_by_speed_px = 0.05;
-  double line_px = 0.07;          ///< u, for two and a half events per crossing and more ...
-  double faint_line_px = 0.15;    ///< ... and for one and a half or less
-  double tilt_px = 0.05;          ///< g, from end to end
-  double half_width_px = 2;       ///< w
+  double line_px = 0.07;        ///< u, for two and a half events per crossing and more ...
+  double faint_line_px = 0.15;  ///< ... and for one and a half or less
+  double tilt_px = 0.05;        ///< g, from end to end
+  double half_width_px = 2;     ///< w
   /// A line is drawn when so large a share of its points shows it dark on the rarer side. (0, 0.5)
   double min_drawn_share = 0.3;
   /// ... and its width, px, is the same in all views to this, one sigma. Another edge beside it is nearer here, farther

@@ -114,6 +114,38 @@ TEST_CASE("edge points: blurred edges and missing ones are left out, faint ones 
   CHECK(f.stats.faint == 1);
 }
 
+TEST_CASE("edge points: each place has its own speed") {
+  Fixture f;
+  f.lines[0].edge.y[1][0] += 1;  // 2, 1 and 1 px in 0.36 of 1000 us
+  REQUIRE(f.make() == Status::ok);
+  CHECK(double{f.edges[0].speed_px_per_s} == doctest::Approx(2 / 360e-6).epsilon(1e-3));
+  CHECK(double{f.edges[1].speed_px_per_s} == doctest::Approx(1 / 360e-6).epsilon(1e-3));
+}
+
+TEST_CASE("edge points: where all edges scatter more, as out of focus, more is allowed, up to a limit") {
+  Fixture f;
+  const EdgePointOptions& o = f.options;
+  f.lines.assign(30, make_line(10, 1));
+  f.windows.resize(1);
+  f.matches.clear();
+  for (std::uint16_t i = 0; i < 30; ++i) f.matches.push_back({0, i, 5, false});
+  f.points.resize(180);
+  f.edges.resize(180);
+  const auto blurred_of = [&](float usual, float last, std::size_t lines) {
+    f.matches.resize(lines);
+    for (EventLine& line : f.lines) line.edge.scatter_px = usual;
+    f.lines[0].edge.scatter_px = last;
+    REQUIRE(f.make() == Status::ok);
+    return f.stats.blurred;
+  };
+  CHECK(blurred_of(0.10F, 0.95F * o.max_scatter_px, 30) == 0);
+  CHECK(blurred_of(0.10F, 1.05F * o.max_scatter_px, 30) == 1);
+  CHECK(blurred_of(0.20F, 0.95F * o.scatter_over_usual * 0.20F, 30) == 0);
+  CHECK(blurred_of(0.20F, 1.05F * o.scatter_over_usual * 0.20F, 30) == 1);
+  CHECK(blurred_of(0.30F, 1.05F * o.max_usual_scatter_px, 30) == 1);
+  CHECK(blurred_of(0.20F, 0.20F, 10) == 10);  // too few to tell what is usual
+}
+
 TEST_CASE("edge points: a drawn line has two flanks, dark between them") {
   Fixture f;
   f.windows.resize(1);

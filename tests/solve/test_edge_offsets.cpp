@@ -174,7 +174,7 @@ ParameterPolicy all_free() {
 TEST_CASE("edge offsets: the step and the covariance are those of one dense system") {
   Scene s(4, 8, 0.02, some_displacement);
   EdgeOffsetOptions options;
-  options.mean_latency_ms = 0;
+  options.mean_latency_ms = options.mean_by_speed_px = 0;
   s.begin(options, all_free());
   CHECK(s.offsets.size() == kSharedOffsets + 8 * 4);
   const Dense dense(s, s.offsets, prior_sigmas(s));
@@ -304,7 +304,7 @@ TEST_CASE("edge offsets: without sigma of their own they change nothing") {
   Scene s(4, 8, 0.02, some_displacement);
   EdgeOffsetOptions options;
   options.dark_px = options.trailing_px = options.line_px = options.faint_line_px = options.tilt_px = 1e-9;
-  options.latency_ms = options.bend_px = 1e-9;
+  options.latency_ms = options.bend_px = options.by_speed_px = 1e-9;
   s.begin(options);
   Eigen::Matrix<double, 9, 9> sum = Eigen::Matrix<double, 9, 9>::Zero();
   REQUIRE(s.offsets.add_covariance(s.refiner, 1.0, &sum));
@@ -334,6 +334,7 @@ TEST_CASE("edge offsets: a line that is dark on both sides has a width, strays o
 TEST_CASE("edge offsets: a line that another edge fires for is marked, and the rest begins anew") {
   Scene s(10, 10, 0.01, [](std::size_t line, bool) { return line == 4 ? 1.5 : 0.0; });
   s.begin();
+  const std::vector<double> beforehand(s.workspace.value.begin(), s.workspace.value.end());
   std::vector<std::uint8_t> marks(s.edges.size(), 0);
   CHECK_FALSE(s.offsets.mark_wrong_lines(marks));
   double change = 1;
@@ -345,7 +346,21 @@ TEST_CASE("edge offsets: a line that another edge fires for is marked, and the r
   }
   REQUIRE(s.offsets.mark_wrong_lines(marks));
   for (std::size_t i = 0; i < marks.size(); ++i) CHECK((marks[i] != 0) == (s.views.points[i].line == 4));
-  for (std::size_t i = 3; i < s.offsets.size(); ++i) CHECK(s.workspace.value[i] == 0.0);
+  for (std::size_t i = 0; i < s.offsets.size(); ++i) CHECK(s.workspace.value[i] == beforehand[i]);
+}
+
+TEST_CASE("edge offsets: the dark side of what moves e times as fast lies one offset by speed further back") {
+  Scene s(1, 2, 0.0, [](std::size_t, bool) { return 0.0; });
+  s.edges[1] = s.edges[0];
+  s.edges[1].speed_px_per_s *= 2.7182818F;
+  EdgeOffsetOptions options;
+  options.mean_latency_ms = 0;
+  options.mean_by_speed_px = 0.07;
+  s.begin(options);
+  s.edges[2].speed_px_per_s = 0;  // of a line that turns about this point
+  const double back = s.offsets.displacement(0) - s.offsets.displacement(1);
+  CHECK(back * s.edges[0].dark == doctest::Approx(0.07).epsilon(1e-4));
+  CHECK(std::isfinite(s.offsets.displacement(2)));
 }
 
 TEST_CASE("edge offsets: a point whose dark side is not known has none") {
@@ -353,7 +368,7 @@ TEST_CASE("edge offsets: a point whose dark side is not known has none") {
   s.edges[7].dark = 0;
   s.begin();
   CHECK(s.offsets.terms(7).count == 0);
-  CHECK(s.offsets.terms(8).count == 6);
+  CHECK(s.offsets.terms(8).count == 7);
   CHECK(s.offsets.displacement(7) == 0.0);
 }
 
