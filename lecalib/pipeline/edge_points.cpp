@@ -37,8 +37,8 @@ float usual_scatter_px(const EdgePointOptions& options, Span<const LineWindow> w
   }
   if (all < kMinEdges) return 0;
   std::size_t bin = 0;
-  for (std::uint32_t below = counts[0]; below * kPartBelow < all; below += counts[++bin]) {
-  }
+  std::uint32_t below = counts[0];
+  while (below * kPartBelow < all) below += counts[++bin];
   return (static_cast<float>(bin) + 0.5F) * kBinPx;
 }
 
@@ -47,7 +47,8 @@ struct ScatterLimits {
   float strong, faint;
 
   ScatterLimits(const EdgePointOptions& options, float usual_px)
-      : strong(std::clamp(options.scatter_over_usual * usual_px, options.max_scatter_px, options.max_usual_scatter_px)),
+      : strong(std::max(options.max_scatter_px,
+                        std::min(options.scatter_over_usual * usual_px, options.max_usual_scatter_px))),
         faint(options.max_faint_scatter_px) {}
 };
 

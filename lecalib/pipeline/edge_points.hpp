@@ -15,11 +15,10 @@ struct EdgePointOptions {
   /// edge, but two close ones, a rim in relief, a shadow.
   float max_scatter_px = 0.18F;
   float max_faint_scatter_px = 0.22F;
-  /// A lens out of focus and pixels unlike each other make all edges scatter more: the limit of strong ones is this
-  /// many times what the better quarter of a recording's scatters, if that is above max_scatter_px and below the
-  /// other, where two rims look alike.
+  /// A lens out of focus and pixels unlike each other make all edges scatter more. So strong ones may scatter this many
+  /// times as much as the better quarter of a recording's, where that is more than max_scatter_px ...
   float scatter_over_usual = 1.5F;
-  float max_usual_scatter_px = 0.35F;
+  float max_usual_scatter_px = 0.35F;  ///< ... but no more than this: two rims scatter so. Below max_scatter_px: off
   /// One sigma, px, that an edge with no more than one event and a half per crossing has besides its own; it falls to
   /// nothing at one event more.
   float faint_sigma_px = 0.10F;

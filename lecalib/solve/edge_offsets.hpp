@@ -33,8 +33,8 @@ struct EdgeOffsetOptions {
   double bend_px = 0.05;          ///< b0: what fires near a line's ends lies further towards the dark, or less far
   double latency_ms = 0.15;       ///< tau, about ...
   double mean_latency_ms = 0.05;  ///< ... this
-  /// c0, one sigma and mean: pixels are slow in the dark, so that the dark side of what moves fast is seen late. In
-  /// simulation it is 0.04 to 0.1 over speeds from 20 to 800 px/s.
+  /// c0, one sigma and mean: pixels are slow in the dark, so that the dark side of what moves fast is seen late. In two
+  /// simulators it is about 0.05, from 0 to 0.1, over speeds from 20 to 800 px/s.
   double by_speed_px = 0.04;
   double mean_by_speed_px = 0.05;
   double line_px = 0.07;        ///< u, for two and a half events per crossing and more ...

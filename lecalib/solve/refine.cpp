@@ -208,7 +208,11 @@ bool Refiner::linearise() {
   const bool few = num_free_ == 0 || free_[num_free_ - 1] < 6;
   for (std::size_t v = 0; v < views_.size(); ++v) {
     if (!views_[v].used) continue;
-    few ? linearise_view<6>(v, knee) : linearise_view<9>(v, knee);
+    if (few) {
+      linearise_view<6>(v, knee);
+    } else {
+      linearise_view<9>(v, knee);
+    }
   }
   add_priors();
   return std::isfinite(cost_) && camera_.fx > 0.0 && camera_.fy > 0.0;

@@ -144,6 +144,10 @@ TEST_CASE("edge points: where all edges scatter more, as out of focus, more is a
   CHECK(blurred_of(0.20F, 1.05F * o.scatter_over_usual * 0.20F, 30) == 1);
   CHECK(blurred_of(0.30F, 1.05F * o.max_usual_scatter_px, 30) == 1);
   CHECK(blurred_of(0.20F, 0.20F, 10) == 10);  // too few to tell what is usual
+  f.matches.assign(30, f.matches.front());
+  for (std::uint16_t i = 0; i < 30; ++i) f.matches[i].line = i;
+  f.options.max_scatter_px = 0.5F;  // a limit above that of the usual holds
+  CHECK(blurred_of(0.20F, 0.45F, 30) == 0);
 }
 
 TEST_CASE("edge points: a drawn line has two flanks, dark between them") {

@@ -334,7 +334,7 @@ TEST_CASE("edge offsets: a line that is dark on both sides has a width, strays o
 TEST_CASE("edge offsets: a line that another edge fires for is marked, and the rest begins anew") {
   Scene s(10, 10, 0.01, [](std::size_t line, bool) { return line == 4 ? 1.5 : 0.0; });
   s.begin();
-  const std::vector<double> beforehand(s.workspace.value.begin(), s.workspace.value.end());
+  const std::vector<double> beforehand(s.workspace.value.begin(), s.workspace.value.begin() + s.offsets.size());
   std::vector<std::uint8_t> marks(s.edges.size(), 0);
   CHECK_FALSE(s.offsets.mark_wrong_lines(marks));
   double change = 1;
