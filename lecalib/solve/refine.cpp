@@ -142,8 +142,9 @@ void Refiner::linearise_view(std::size_t index, double knee) {
     for (int i = 0; i < 6; ++i) view.pose_block[6 * j + i] = sum(i, j);
   }
   for (double& entry : view.cross_block) entry = 0.0;
-  for (int j = 0; j < num_free_; ++j) {
-    for (int i = 0; i < 6; ++i) view.cross_block[6 * free_[j] + i] = sum(i, 6 + free_[j]);
+  for (int j = 0; j < A; ++j) {
+    if (!policy_.free[static_cast<std::size_t>(j)]) continue;
+    for (int i = 0; i < 6; ++i) view.cross_block[6 * j + i] = sum(i, 6 + j);
   }
   for (int j = 0; j < A; ++j) {
     data_gradient_(j) -= sum(6 + j, kResidual);
