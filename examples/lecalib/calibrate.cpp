@@ -64,7 +64,7 @@ void print_hints(const host::CalibrationReport& report) {
   }
 }
 
-void run(const CalibrateOptions& options) {
+void run_calibrate(const CalibrateOptions& options) {
   if (options.events.empty() == options.observations.empty()) {
     fail({"calibrate needs either EVENTS or --observations FILE"});
   }
@@ -222,7 +222,7 @@ void add_calibrate(CLI::App& app) {
   add_solver_options(command, options.get());
   command->add_flag("--trust-lines", options->trust_lines,
                     "With --observations: use all lines, also those that do not fit the others");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_calibrate(*options); });
 }
 
 }  // namespace lecalib::command

@@ -23,7 +23,7 @@ constexpr std::size_t kMaxModelLines = 128;
 /// Windows are not to be thinned: edges need all of their events.
 constexpr std::uint32_t kMaxWindowEvents = 400000;
 
-double milliseconds(std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; }
+double to_milliseconds(std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; }
 
 class FileSource : public EventSource {
  public:
@@ -93,9 +93,9 @@ void report_counts(const std::vector<std::unique_ptr<EventSource>>& sources, con
                           {"events_thinned", stats.windows.thinned + stats.thinned},
                           {"lines", stats.lines_dropped},
                           {"crossings", stats.crossings_dropped}};
-  diagnostics->cpu_ms.push_back({"decode", milliseconds(decode_ns)});
+  diagnostics->cpu_ms.push_back({"decode", to_milliseconds(decode_ns)});
   for (std::size_t i = 0; i < kNumDetectorStages; ++i) {
-    diagnostics->cpu_ms.push_back({to_string(static_cast<DetectorStage>(i)), milliseconds(stats.stage_ns[i])});
+    diagnostics->cpu_ms.push_back({to_string(static_cast<DetectorStage>(i)), to_milliseconds(stats.stage_ns[i])});
   }
 }
 
@@ -151,7 +151,7 @@ void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, co
   while (calibrator.step() == Status::in_progress) progress.update(static_cast<double>(calibrator.progress()));
 
   report_counts(sources, calibrator.stats(), &report->diagnostics);
-  report->diagnostics.cpu_ms.push_back({"match_and_solve", milliseconds(thread_cpu_ns() - begin_ns)});
+  report->diagnostics.cpu_ms.push_back({"match_and_solve", to_milliseconds(thread_cpu_ns() - begin_ns)});
   CalibrationResult result;
   result.status = calibrator.result(&result);
   add_result(result, calibrator.views(), {}, model.names, report);

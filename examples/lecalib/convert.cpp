@@ -18,12 +18,12 @@ namespace {
 
 using host::OutputFormat;
 
-struct Options {
+struct ConvertOptions {
   std::string events, out, format, sensor;
   std::string imu, triggers;  ///< files; empty: not wanted
 };
 
-OutputFormat output_format(const Options& options) {
+OutputFormat output_format(const ConvertOptions& options) {
   const auto format =
       options.format.empty() ? host::output_format_of_path(options.out) : host::output_format_named(options.format);
   if (!format) fail({"the name tells no format: end it in .raw (EVT3) or .csv, or give --format", options.out});
@@ -31,7 +31,7 @@ OutputFormat output_format(const Options& options) {
 }
 
 /// Every file is another one: a mistake must not cost the recording.
-void check_names(const Options& options) {
+void check_names(const ConvertOptions& options) {
   const std::string names[] = {options.events, options.out, options.imu, options.triggers};
   for (std::size_t i = 1; i < std::size(names); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
@@ -41,7 +41,7 @@ void check_names(const Options& options) {
   }
 }
 
-void report_side(const Options& options, const host::SideWriter& side, std::uint64_t dropped, std::FILE* to) {
+void report_side(const ConvertOptions& options, const host::SideWriter& side, std::uint64_t dropped, std::FILE* to) {
   if (!options.imu.empty()) {
     std::fprintf(to, "%" PRIu64 " IMU samples written to %s\n", side.imu_samples(), options.imu.c_str());
   }
@@ -58,7 +58,7 @@ void report_side(const Options& options, const host::SideWriter& side, std::uint
 }
 
 /// What a reader of the new file has to know.
-void report(const Options& options, OutputFormat format, const host::EventFile& file, std::int64_t first_us) {
+void report(const ConvertOptions& options, OutputFormat format, const host::EventFile& file, std::int64_t first_us) {
   // Whoever reads the events from a pipe does not want these lines among them.
   const bool is_stream = host::is_written_directly(options.out);
   std::FILE* const to = is_stream ? stderr : stdout;
@@ -76,7 +76,7 @@ void report(const Options& options, OutputFormat format, const host::EventFile& 
   }
 }
 
-void run(const Options& options) {
+void run_convert(const ConvertOptions& options) {
   const OutputFormat format = output_format(options);
   check_names(options);
   host::EventFile file = take(host::EventFile::open(options.events, sensor_size(options.sensor)));
@@ -105,7 +105,7 @@ void run(const Options& options) {
 
 void add_convert(CLI::App& app) {
   CLI::App* command = app.add_subcommand("convert", "Write a recording in another format");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ConvertOptions>();
   command->footer(
       "EVT3 (.raw) is small and carries the sensor's size; it keeps the time of the first event modulo 16.8 s.\n"
       "CSV (.csv, .txt: t_us,x,y,p) keeps every time. Frames are left out, triggers and IMU samples go to files of "
@@ -125,7 +125,7 @@ void add_convert(CLI::App& app) {
       ->type_name("FILE");
   command->add_option("--triggers", options->triggers, "Write triggers too: CSV t_us,channel,kind")->type_name("FILE");
   add_sensor_option(command, &options->sensor);
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_convert(*options); });
 }
 
 }  // namespace lecalib::command

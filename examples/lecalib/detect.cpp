@@ -56,7 +56,7 @@ void check_paths(const DetectOptions& options) {
   }
 }
 
-void run(const DetectOptions& options) {
+void run_detect(const DetectOptions& options) {
   check_range(options.range);
   check_paths(options);
   detect_recording(options);
@@ -140,7 +140,7 @@ void add_detect(CLI::App& app) {
   add_windows(command, options.get());
   add_detector(command, options.get());
   add_results(command, options.get());
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_detect(*options); });
 }
 
 }  // namespace lecalib::command

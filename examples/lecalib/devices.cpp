@@ -10,7 +10,7 @@
 namespace lecalib::command {
 namespace {
 
-void run() {
+void list_devices() {
   const auto bus = take(usb::make_libusb_bus());
   const auto cameras = take(usb::list_cameras(bus.get()));
   if (cameras.empty()) fail({"no camera is plugged in"});
@@ -32,7 +32,7 @@ void run() {
 }  // namespace
 
 void add_devices(CLI::App& app) {
-  app.add_subcommand("devices", "List the cameras that are plugged in")->callback(&run);
+  app.add_subcommand("devices", "List the cameras that are plugged in")->callback(&list_devices);
 }
 
 }  // namespace lecalib::command

@@ -20,14 +20,14 @@ constexpr const char* kAblation = "table";
 constexpr unsigned kMaxThreads = 256;
 constexpr std::size_t kMaxTrials = 1000000;
 
-struct Arguments {
+struct ExperimentsArguments {
   std::string out;
   std::vector<std::string> only;       ///< empty: all
   std::vector<std::string> protocols;  ///< empty: all
   host::ExperimentOptions options;
 };
 
-host::ExperimentOptions chosen(const Arguments& arguments) {
+host::ExperimentOptions chosen(const ExperimentsArguments& arguments) {
   host::ExperimentOptions options = arguments.options;
   if (!arguments.protocols.empty()) {
     const auto is_left_out = [&](host::Protocol protocol) {
@@ -55,7 +55,7 @@ host::ExperimentResults run_with_progress(const host::ExperimentOptions& options
   return host::run_experiments(options, [&](double done) { progress.update(done); });
 }
 
-void run(const Arguments& arguments) {
+void run_experiments(const ExperimentsArguments& arguments) {
   check(host::make_folder(arguments.out));
   const host::ExperimentResults results = run_with_progress(chosen(arguments));
   write(arguments.out, "experiments.csv", experiments_csv(results));
@@ -66,7 +66,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_experiments(CLI::App& app) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ExperimentsArguments>();
   host::ExperimentOptions& options = arguments->options;
   options.threads = std::clamp(std::thread::hardware_concurrency(), 1U, kMaxThreads);
   CLI::App* command = app.add_subcommand("experiments", "Repeat the paper's simulated experiments beside their limit");
@@ -92,7 +92,7 @@ void add_experiments(CLI::App& app) {
   command->add_option("--threads", options.threads, "Default one per processor; the results don't depend on it")
       ->type_name("N")
       ->check(CLI::Range(1U, kMaxThreads).description(""));
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments] { run_experiments(*arguments); });
 }
 
 }  // namespace lecalib::command

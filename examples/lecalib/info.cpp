@@ -21,7 +21,7 @@ using host::JsonWriter;
 
 constexpr double kUsPerSecond = 1e6;
 
-struct Options {
+struct InfoOptions {
   std::string events;
   std::string sensor;
   bool json = false;
@@ -95,7 +95,7 @@ std::vector<Counter> counters(const DecoderStats& stats) {
           {"time_steps_back", stats.time_steps_back, "times earlier than the one before"}};
 }
 
-const char* sensor_source(const EventFile& file, const Options& options) {
+const char* sensor_source(const EventFile& file, const InfoOptions& options) {
   if (file.sensor_is_guess()) return "largest coordinates";
   return options.sensor.empty() ? "the file" : "--sensor";
 }
@@ -106,7 +106,7 @@ void print_range(const char* name, const TimeRange& range) {
               static_cast<double>(range.last_us) / kUsPerSecond);
 }
 
-void print_text(const EventFile& file, const Summary& summary, const Side& side, const Options& options) {
+void print_text(const EventFile& file, const Summary& summary, const Side& side, const InfoOptions& options) {
   std::printf("file      %s\n", file.path().c_str());
   std::printf("format    %s\n", file.format_name());
   std::printf("sensor    %s px (from %s)\n", host::to_string(file.sensor()).c_str(), sensor_source(file, options));
@@ -132,7 +132,7 @@ void add_range(const char* name, const TimeRange& range, JsonWriter* json) {
   json->end();
 }
 
-void print_json(const EventFile& file, const Summary& summary, const Side& side, const Options& options) {
+void print_json(const EventFile& file, const Summary& summary, const Side& side, const InfoOptions& options) {
   JsonWriter json;
   json.begin_object();
   json.member("file", file.path());
@@ -157,7 +157,7 @@ void print_json(const EventFile& file, const Summary& summary, const Side& side,
   std::fputs(json.text().c_str(), stdout);
 }
 
-void run(const Options& options) {
+void run_info(const InfoOptions& options) {
   EventFile file = take(EventFile::open(options.events, sensor_size(options.sensor)));
   Summary summary;
   Side side;
@@ -176,11 +176,11 @@ void run(const Options& options) {
 
 void add_info(CLI::App& app) {
   CLI::App* command = app.add_subcommand("info", "Say what a recording holds");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<InfoOptions>();
   add_events_option(command, &options->events);
   add_sensor_option(command, &options->sensor);
   command->add_flag("--json", options->json, "Print JSON");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_info(*options); });
 }
 
 }  // namespace lecalib::command

@@ -15,7 +15,7 @@
 namespace lecalib::command {
 namespace {
 
-struct Options {
+struct LiveOptions {
   CalibrateOptions calibrate;
   CameraOptions camera;
 };
@@ -107,7 +107,7 @@ DecoderStats CameraSource::stats() const {
   return all;
 }
 
-void run(const Options& options) {
+void run_live(const LiveOptions& options) {
   (void)options.camera.settings();  // words that cannot be read are said before the camera is touched
   run_calibration(options.calibrate, [&](const host::Model& model, host::CalibrationReport* report) {
     std::vector<std::unique_ptr<EventSource>> sources;
@@ -127,14 +127,14 @@ void run(const Options& options) {
 
 void add_live(CLI::App& app) {
   CLI::App* command = app.add_subcommand("live", "Calibrate a live camera");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<LiveOptions>();
   command->footer(
       "Lines are found while the camera streams; at the end of --seconds, or by Ctrl-C, the camera is solved for from\n"
       "an even share of all windows, as many as there is room for. What this machine cannot keep up with is left out.");
   add_model_options(command, &options->calibrate);
   add_camera_options(command, &options->camera);
   add_solver_options(command, &options->calibrate);
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_live(*options); });
 }
 
 }  // namespace lecalib::command

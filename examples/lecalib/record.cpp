@@ -15,7 +15,7 @@
 namespace lecalib::command {
 namespace {
 
-struct Options {
+struct RecordOptions {
   std::string out;
   CameraOptions camera;
 };
@@ -33,7 +33,7 @@ void begin_file(const std::string& path, const usb::Camera& camera, std::optiona
   check((*file)->write(camera.file_header()));
 }
 
-void report(const Options& options, const CameraStream& stream) {
+void report(const RecordOptions& options, const CameraStream& stream) {
   std::FILE* const to = host::is_written_directly(options.out) ? stderr : stdout;
   const double seconds = stream.elapsed_s();
   const double rate = seconds > 0 ? 1e-6 * static_cast<double>(stream.bytes()) / seconds : 0;
@@ -42,7 +42,7 @@ void report(const Options& options, const CameraStream& stream) {
   std::fputs(stream.losses().c_str(), to);
 }
 
-void run(const Options& options) {
+void run_record(const RecordOptions& options) {
   (void)options.camera.settings();  // words that cannot be read are said before the camera is touched
   CameraStream stream(options.camera);
   std::optional<host::OutputFile> file;
@@ -70,7 +70,7 @@ void run(const Options& options) {
 
 void add_record(CLI::App& app) {
   CLI::App* command = app.add_subcommand("record", "Record a live camera");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RecordOptions>();
   command->footer(
       "The file grows while it is written: whatever ends the program, what is there can be opened. A camera that is\n"
       "plugged in anew (--reconnect) begins its clock anew, and a further file: OUT-2.raw.");
@@ -78,7 +78,7 @@ void add_record(CLI::App& app) {
       ->type_name("FILE")
       ->required();
   add_camera_options(command, &options->camera);
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_record(*options); });
 }
 
 }  // namespace lecalib::command

@@ -17,7 +17,7 @@
 namespace lecalib::command {
 namespace {
 
-struct Arguments {
+struct SimulateArguments {
   std::string target, sensor = "346x260", out, motion = "shake";
   double fov_deg = 60;
   std::optional<double> fx, fy, cx, cy;
@@ -26,7 +26,7 @@ struct Arguments {
 
 /// What the options leave out: one focal length follows from the field of view or from the other, the principal point
 /// is the image's centre.
-Camera true_camera(const Arguments& arguments) {
+Camera true_camera(const SimulateArguments& arguments) {
   const SensorSize size = take(host::parse_sensor(arguments.sensor));
   Camera camera = arguments.options.camera;
   camera.width = size.width;
@@ -44,7 +44,7 @@ host::Motion motion_named(std::string_view name) {
   return name == "rotate" ? host::Motion::rotate : host::Motion::shake;
 }
 
-void run(const Arguments& arguments) {
+void run_simulate(const SimulateArguments& arguments) {
   constexpr std::string_view kFile = "file:";
   const std::string model_out = arguments.out + "/model.txt";
   if (arguments.target.rfind(kFile, 0) == 0 && host::is_same_file(arguments.target.substr(kFile.size()), model_out)) {
@@ -71,7 +71,7 @@ void add_number(CLI::App* command, const char* name, double* value, const char* 
   command->add_option(name, *value, meaning)->type_name(unit)->capture_default_str();
 }
 
-void add_camera_options(CLI::App* command, Arguments* arguments) {
+void add_camera_options(CLI::App* command, SimulateArguments* arguments) {
   Camera& camera = arguments->options.camera;
   command->add_option("--sensor", arguments->sensor, "Size of the sensor, px")->type_name("WxH")->capture_default_str();
   CLI::Option* fov =
@@ -97,7 +97,7 @@ void add_sensor_options(CLI::App* command, host::SensorOptions* sensor) {
   add_number(command, "--jitter-us", &sensor->jitter_us, "US", "One sigma of the time stamps");
 }
 
-void add_motion_options(CLI::App* command, Arguments* arguments) {
+void add_motion_options(CLI::App* command, SimulateArguments* arguments) {
   host::SimulatorOptions& options = arguments->options;
   command->add_option("--motion", arguments->motion, "shake by hand, sweep around the target or rotate about the axis")
       ->type_name("NAME")
@@ -114,7 +114,7 @@ void add_motion_options(CLI::App* command, Arguments* arguments) {
 }  // namespace
 
 void add_simulate(CLI::App& app) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<SimulateArguments>();
   host::SimulatorOptions& options = arguments->options;
   CLI::App* command = app.add_subcommand("simulate", "Make a recording with exact truth");
   command->footer(
@@ -136,7 +136,7 @@ void add_simulate(CLI::App& app) {
   command->add_option("--truth-views", options.views, "Instants at which truth.json lists the lines' images")
       ->type_name("N")
       ->capture_default_str();
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments] { run_simulate(*arguments); });
 }
 
 }  // namespace lecalib::command

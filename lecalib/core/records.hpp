@@ -132,6 +132,9 @@ struct Camera {
   DistortionModel model = DistortionModel::brown;
 };
 
+/// Where each intrinsic stands in whatever holds one value for each.
+enum IntrinsicIndex : std::uint8_t { kFx, kFy, kCx, kCy, kK1, kK2, kP1, kP2, kK3 };
+
 /// The intrinsics by index, for loops over parameters: camera.*kIntrinsics[i].
 inline constexpr double Camera::*kIntrinsics[kNumIntrinsics] = {&Camera::fx, &Camera::fy, &Camera::cx,
                                                                 &Camera::cy, &Camera::k1, &Camera::k2,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/events/aedat2_decoder.hpp"
 
+#include "lecalib/events/bytes.hpp"
 #include "lecalib/events/word_decoder_impl.hpp"
 
 namespace lecalib {
@@ -12,22 +13,18 @@ struct Address {
   std::uint32_t column = 0, row = 0, polarity = 0;  ///< column from the right, row from the bottom
 };
 
-constexpr std::uint32_t bits(std::uint32_t word, unsigned first, unsigned count) noexcept {
-  return word >> first & ((1U << count) - 1U);
-}
-
 constexpr Address read_davis(std::uint32_t address) noexcept {
-  if (bits(address, 31, 1) != 0) {
-    return {bits(address, 10, 2) == 3 ? Address::imu : Address::other};  // other: a pixel of a frame
+  if (bits_of(address, 31, 1) != 0) {
+    return {bits_of(address, 10, 2) == 3 ? Address::imu : Address::other};  // other: a pixel of a frame
   }
-  if (bits(address, 10, 1) != 0) return {Address::trigger};
-  return {Address::event, bits(address, 12, 10), bits(address, 22, 9), bits(address, 11, 1)};
+  if (bits_of(address, 10, 1) != 0) return {Address::trigger};
+  return {Address::event, bits_of(address, 12, 10), bits_of(address, 22, 9), bits_of(address, 11, 1)};
 }
 
 constexpr Address read_dvs128(std::uint32_t address) noexcept {
-  if (bits(address, 16, 16) != 0) return {Address::undefined};
-  if (bits(address, 15, 1) != 0) return {Address::trigger};
-  return {Address::event, bits(address, 1, 7), bits(address, 8, 7), 1 - bits(address, 0, 1)};
+  if (bits_of(address, 16, 16) != 0) return {Address::undefined};
+  if (bits_of(address, 15, 1) != 0) return {Address::trigger};
+  return {Address::event, bits_of(address, 1, 7), bits_of(address, 8, 7), 1 - bits_of(address, 0, 1)};
 }
 
 }  // namespace
@@ -64,7 +61,7 @@ std::int64_t Aedat2Format::time_beside(std::uint32_t reading) const noexcept {
 /// Seven words make an IMU sample, numbered in bits 30 to 28: acceleration x y z, temperature, rotation x y z.
 void Aedat2Format::take_imu(std::uint32_t address, std::uint32_t time, const EventRoom& room,
                             DecoderStats* stats) noexcept {
-  const std::uint32_t number = bits(address, 28, 3);
+  const std::uint32_t number = bits_of(address, 28, 3);
   ++stats->other_words;  // until the sample is whole
   if (number == 0) {
     imu_words_ = 0;
@@ -74,7 +71,7 @@ void Aedat2Format::take_imu(std::uint32_t address, std::uint32_t time, const Eve
     imu_words_ = kNoImu;
     return;
   }
-  imu_[imu_words_++] = static_cast<std::int16_t>(bits(address, 12, 16));
+  imu_[imu_words_++] = static_cast<std::int16_t>(bits_of(address, 12, 16));
   if (imu_words_ < kImuWords) return;
   imu_words_ = kNoImu;
   stats->other_words -= kImuWords;

@@ -9,6 +9,11 @@
 
 namespace lecalib {
 
+/// So many bits of a word, from the first one on; fewer than 32.
+constexpr std::uint32_t bits_of(std::uint32_t word, unsigned first, unsigned count) noexcept {
+  return word >> first & ((1U << count) - 1U);
+}
+
 /// Cuts a byte stream that arrives in pieces of any size into little-endian words.
 /// At most sizeof(Word) - 1 bytes are kept between the pieces.
 template <class Word>

@@ -1,29 +1,26 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/events/dat_decoder.hpp"
 
+#include "lecalib/events/bytes.hpp"
 #include "lecalib/events/word_decoder_impl.hpp"
 
 namespace lecalib {
 namespace {
 
-constexpr std::uint32_t kCoordinates = 1U << 14U;
-
-constexpr std::uint32_t bits(std::uint32_t word, unsigned first, unsigned count) noexcept {
-  return word >> first & ((1U << count) - 1U);
-}
+constexpr std::uint32_t kDatCoordinates = 1U << 14U;
 
 }  // namespace
 
 DatFormat::DatFormat(SensorSize size, unsigned version) noexcept
-    : width_(is_known(size) ? size.width : kCoordinates),
-      height_(is_known(size) ? size.height : kCoordinates),
+    : width_(is_known(size) ? size.width : kDatCoordinates),
+      height_(is_known(size) ? size.height : kDatCoordinates),
       is_old_(version < 2) {}
 
 inline void DatFormat::take(Word word, EventRoom* room, DecoderStats* stats) noexcept {
   const auto address = static_cast<std::uint32_t>(word >> 32U);
-  const std::uint32_t x = is_old_ ? bits(address, 0, 9) : bits(address, 0, 14);
-  const std::uint32_t y = is_old_ ? bits(address, 9, 8) : bits(address, 14, 14);
-  const std::uint32_t polarity = is_old_ ? bits(address, 17, 1) : bits(address, 28, 4);
+  const std::uint32_t x = is_old_ ? bits_of(address, 0, 9) : bits_of(address, 0, 14);
+  const std::uint32_t y = is_old_ ? bits_of(address, 9, 8) : bits_of(address, 14, 14);
+  const std::uint32_t polarity = is_old_ ? bits_of(address, 17, 1) : bits_of(address, 28, 4);
   take_time(static_cast<std::uint32_t>(word), &clock_, stats);
   if (x >= width_ || y >= height_) {
     ++stats->outside;

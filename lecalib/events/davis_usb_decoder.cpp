@@ -6,7 +6,7 @@
 namespace lecalib {
 namespace {
 
-enum Code : std::uint32_t { kRow = 1, kColumnOff = 2, kColumnOn = 3 };
+enum DavisCode : std::uint32_t { kRow = 1, kColumnOff = 2, kColumnOn = 3 };
 
 constexpr InivationImuKind kInvenSense6050{false, 1 / 340.0F, 35};
 constexpr InivationImuKind kInvenSense9250{false, 1 / 333.87F, 21};

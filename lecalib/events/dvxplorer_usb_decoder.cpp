@@ -6,7 +6,7 @@
 namespace lecalib {
 namespace {
 
-enum Code : std::uint32_t { kColumn = 1, kGroup2 = 2, kGroup1 = 3, kGroups = 4 };
+enum DvxplorerCode : std::uint32_t { kColumn = 1, kGroup2 = 2, kGroup1 = 3, kGroups = 4 };
 
 constexpr std::uint32_t kRowsPerGroup = 8;
 constexpr InivationImuKind kBosch{true, 1 / 512.0F, 23};

@@ -15,7 +15,7 @@ constexpr std::uint64_t kMaxDisorderUs = 8192;
 
 // Pixels keep 7 bits of the time in units of 2.048 ms, and whether they were found to repeat. Forgetting comes every 32
 // units, or 63 at the most after a pause, and leaves none older than 64: 7 bits suffice.
-constexpr std::uint8_t kNever = 0;
+constexpr std::uint8_t kNeverFired = 0;
 constexpr unsigned kPixelTimeShift = 11;
 constexpr std::uint64_t kForgetEvery = 32;
 constexpr unsigned kPixelTimeMask = 127;
@@ -81,7 +81,7 @@ std::size_t FlickerFilter::drop(Span<Event> events, std::uint8_t min_periods) no
 
 void FlickerFilter::start(std::int64_t t_us) noexcept {
   for (FlickerBlock& block : blocks_) block = {};
-  for (std::uint8_t& pixel : pixels_) pixel = kNever;
+  for (std::uint8_t& pixel : pixels_) pixel = kNeverFired;
   for (std::size_t light = 0; light < kFlickerLights; ++light) {
     slot_end_[light] = kSlotUnits[light];
     slot_[light] = 0;
@@ -150,7 +150,7 @@ bool FlickerFilter::has_fired_before(const Event& event) noexcept {
   std::uint8_t& pixel = pixels_[std::size_t{event.y} * width_ + event.x];
   const auto now = static_cast<unsigned>(pixel_time() & kPixelTimeMask);
   bool repeats = false;
-  if (pixel != kNever) {
+  if (pixel != kNeverFired) {
     const unsigned age = age_of(pixel, now);
     if (age < kNextBurst) return (pixel & 1U) != 0;
     repeats = age <= kMaxAge;
@@ -172,7 +172,7 @@ bool FlickerFilter::lies_in_region(const Event& event) const noexcept {
   for (const std::size_t y : {above, std::size_t{event.y}, below}) {
     const std::uint8_t* const row = &pixels_[y * width_];
     for (const std::size_t x : {left, std::size_t{event.x}, right}) {
-      fired += row[x] != kNever && age_of(row[x], now) <= kMaxAge ? 1U : 0U;
+      fired += row[x] != kNeverFired && age_of(row[x], now) <= kMaxAge ? 1U : 0U;
     }
   }
   return fired >= kInRegion;
@@ -181,7 +181,7 @@ bool FlickerFilter::lies_in_region(const Event& event) const noexcept {
 void FlickerFilter::forget_old_pixels() noexcept {
   const auto now = static_cast<unsigned>(pixel_time() & kPixelTimeMask);
   for (std::uint8_t& pixel : pixels_) {
-    if (age_of(pixel, now) > kMaxAge) pixel = kNever;
+    if (age_of(pixel, now) > kMaxAge) pixel = kNeverFired;
   }
   next_forgetting_ = pixel_time() + kForgetEvery;
 }

@@ -12,7 +12,7 @@
 namespace lecalib::host {
 namespace {
 
-constexpr const char* kHeader = "t_us,wx,wy,wz";
+constexpr const char* kGyroColumns = "t_us,wx,wy,wz";
 constexpr std::size_t kColumns = 4;
 
 /// @param[out] columns  how many there are
@@ -21,7 +21,7 @@ MaybeError check_header(std::string_view line, std::size_t* columns) {
   const std::vector<Field> fields = split(line, ',');
   bool right = fields.size() >= kColumns;
   for (std::size_t i = 0; right && i < kColumns; ++i) right = fields[i].text == kNames[i];
-  if (!right) return Error{std::string("expected the header '") + kHeader + "', found " + quoted(line)};
+  if (!right) return Error{std::string("expected the header '") + kGyroColumns + "', found " + quoted(line)};
   *columns = fields.size();
   return std::nullopt;
 }
@@ -63,7 +63,7 @@ Result<std::vector<GyroSample>> parse_gyro(std::string_view text, const std::str
     const MaybeError error = columns > 0 ? add_row(line, columns, &samples) : check_header(line, &columns);
     if (error) return Error{error->message, file_name, reader.number(), error->column};
   }
-  if (columns == 0) return Error{std::string("expected the header '") + kHeader + "', found nothing", file_name};
+  if (columns == 0) return Error{std::string("expected the header '") + kGyroColumns + "', found nothing", file_name};
   if (samples.empty()) return Error{"expected rows below the header, found none", file_name, reader.number()};
   return samples;
 }

@@ -49,7 +49,8 @@ class TableParser {
     };
     sigma_column_ = right ? take("sigma_px") : 0;
     time_column_ = right ? take("t_us") : 0;
-    if (!right || columns_ != fields.size()) return Error{std::string(kExpectedHeader) + ", found " + quoted(line)};
+    if (!right || columns_ != fields.size())
+      return Error{std::string(kExpectedHeader) + ", found " + host::quoted(line)};
     return std::nullopt;
   }
 
@@ -61,7 +62,7 @@ class TableParser {
     if (fields[0].text.empty()) return Error{"expected a view's label, found nothing", "", 0, fields[0].column};
     const auto line_index = line_of_name_.find(fields[1].text);
     if (line_index == line_of_name_.end()) {
-      return Error{"the model has no line " + quoted(fields[1].text), "", 0, fields[1].column};
+      return Error{"the model has no line " + host::quoted(fields[1].text), "", 0, fields[1].column};
     }
     double values[3] = {0, 0, kDefaultSigmaPx};
     const std::size_t columns[3] = {2, 3, sigma_column_};
@@ -69,12 +70,13 @@ class TableParser {
       if (columns[i] == 0) continue;
       const Field& field = fields[columns[i]];
       const std::optional<double> value = parse_number(field.text);
-      if (!value) return Error{"expected a finite number of pixels, found " + quoted(field.text), "", 0, field.column};
+      if (!value)
+        return Error{"expected a finite number of pixels, found " + host::quoted(field.text), "", 0, field.column};
       values[i] = *value;
     }
     if (values[2] <= 0) {
       const Field& field = fields[sigma_column_];
-      return Error{"expected sigma_px > 0, found " + quoted(field.text), "", 0, field.column};
+      return Error{"expected sigma_px > 0, found " + host::quoted(field.text), "", 0, field.column};
     }
     if (is_far_outside(values[0], sensor_.width)) return outside(fields[2]);
     if (is_far_outside(values[1], sensor_.height)) return outside(fields[3]);
@@ -92,8 +94,9 @@ class TableParser {
     for (const Row& row : rows_) ++points_on_line[{row.view, row.point.line}];
     for (const Row& row : rows_) {
       if (points_on_line[{row.view, row.point.line}] == 1) {
-        return Error{"the only point of its line in view " + quoted(view_names_[row.view]) + ", expected two or more",
-                     "", row.file_line};
+        return Error{
+            "the only point of its line in view " + host::quoted(view_names_[row.view]) + ", expected two or more", "",
+            row.file_line};
       }
     }
     const auto key = [](const Row& row) { return std::pair(row.view, row.point.line); };
@@ -131,13 +134,13 @@ class TableParser {
   MaybeError time_of_view(std::uint32_t view, const Field& field) {
     const std::optional<unsigned long long> time = parse_count(field.text);
     if (!time || *time > static_cast<unsigned long long>(kMaxTimeUs)) {
-      return Error{"expected a whole number of microseconds, found " + quoted(field.text), "", 0, field.column};
+      return Error{"expected a whole number of microseconds, found " + host::quoted(field.text), "", 0, field.column};
     }
     const auto t_us = static_cast<std::int64_t>(*time);
     if (times_.size() <= view) times_.push_back(t_us);
     if (times_[view] == t_us) return std::nullopt;
-    return Error{"the view had the time " + std::to_string(times_[view]) + " before, found " + quoted(field.text), "",
-                 0, field.column};
+    return Error{"the view had the time " + std::to_string(times_[view]) + " before, found " + host::quoted(field.text),
+                 "", 0, field.column};
   }
 
   SensorSize sensor_;

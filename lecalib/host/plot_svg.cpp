@@ -22,7 +22,7 @@ constexpr double kFooter = 24;   // label of the horizontal axis
 constexpr double kInset = 0.04;  // of the horizontal range, free at both of its ends
 constexpr double kMark = 3.6;    // half the size of a mark
 constexpr double kBandWidth = 6;
-constexpr double kLineWidth = 1.4;
+constexpr double kPlotLineWidth = 1.4;
 constexpr double kTick = 5;
 constexpr double kMinorTick = 3;
 constexpr double kSample = 32;   // of a line in the legend
@@ -51,7 +51,7 @@ std::string typeset(std::string label) {
   return label;
 }
 
-struct Point {
+struct PlottedPoint {
   double x, y;
   bool drawn;  ///< false: a gap
 };
@@ -59,11 +59,12 @@ struct Point {
 std::string line_style(const PlotKey& key) {
   const bool band = key.style == PlotStyle::band;
   return " fill=\"none\" stroke=\"" + key.colour + "\" stroke-linejoin=\"round\" stroke-linecap=\"round\"" +
-         attribute("stroke-width", band ? kBandWidth : kLineWidth) + (band ? " stroke-opacity=\"0.3\"" : "");
+         attribute("stroke-width", band ? kBandWidth : kPlotLineWidth) + (band ? " stroke-opacity=\"0.3\"" : "");
 }
 
 std::string mark(const PlotKey& key, double x, double y) {
-  const std::string fill = " fill=\"#ffffff\" stroke=\"" + key.colour + "\"" + attribute("stroke-width", kLineWidth);
+  const std::string fill =
+      " fill=\"#ffffff\" stroke=\"" + key.colour + "\"" + attribute("stroke-width", kPlotLineWidth);
   if (key.style == PlotStyle::circles) {
     return "<circle" + attribute("cx", x) + attribute("cy", y) + attribute("r", kMark) + fill + "/>\n";
   }
@@ -71,11 +72,11 @@ std::string mark(const PlotKey& key, double x, double y) {
          attribute("height", 2 * kMark) + fill + "/>\n";
 }
 
-std::string curve(const PlotKey& key, const std::vector<Point>& points) {
+std::string curve(const PlotKey& key, const std::vector<PlottedPoint>& points) {
   std::string data;
   std::string marks;
   bool joined = false;
-  for (const Point& point : points) {
+  for (const PlottedPoint& point : points) {
     if (point.drawn) {
       data += std::string(joined ? "L" : "M") + number(point.x) + " " + number(point.y);
       if (!joined) data += "h0";  // a point between two gaps shows as a dot
@@ -132,7 +133,7 @@ std::string draw_panel(const PlotFigure& figure, const PlotPanel& panel, double 
   for (const bool bands : {true, false}) {
     for (std::size_t k = 0; k < panel.curves.size(); ++k) {
       if ((figure.keys[k].style == PlotStyle::band) != bands) continue;
-      std::vector<Point> points;
+      std::vector<PlottedPoint> points;
       for (std::size_t i = 0; i < figure.x.size(); ++i) {
         const double value = panel.curves[k][i];
         const bool drawn = std::isfinite(value) && (!panel.logarithmic || value > 0);

@@ -17,7 +17,7 @@ constexpr std::uint16_t kHeight = 480;
 constexpr double kMaxAngle = 1;                           // rad
 constexpr double kMaxTranslation = 2.5;                   // m
 constexpr double kMinDepth = 5;                           // m
-constexpr double kMaxDepth = 10;                          // m
+constexpr double kMaxSceneDepth = 10;                     // m
 constexpr double kMinPlaneDepth = 2;                      // m
 constexpr double kMaxPlaneDepth = 20;                     // m
 constexpr double kInsideFold = 0.95;                      // of the valid radius
@@ -55,7 +55,7 @@ Pose draw_pose(const TrialOptions& options, const Camera& camera, Rng* rng) {
   if (options.protocol != Protocol::physical) {
     return make_pose(R, draw_vector(rng, Vec3::Zero(), Vec3::Constant(kMaxTranslation)));
   }
-  const double depth = rng->uniform(kMinDepth, kMaxDepth);
+  const double depth = rng->uniform(kMinDepth, kMaxSceneDepth);
   const double u = rng->uniform(0.25 * kWidth, 0.75 * kWidth);
   const double v = rng->uniform(0.25 * kHeight, 0.75 * kHeight);
   return make_pose(R, depth * ray_of(camera, u, v));
@@ -73,7 +73,7 @@ bool draw_end_point(const TrialOptions& options, const Camera& camera, const Pos
   const Vec3 t = translation_of(pose);
   const double largest_radius = kInsideFold * valid_radius(camera);
   for (int i = 0; i < kMaxDraws; ++i) {
-    const double depth = rng->uniform(kMinDepth, kMaxDepth);
+    const double depth = rng->uniform(kMinDepth, kMaxSceneDepth);
     const double u = rng->uniform(0, kWidth);
     const double v = rng->uniform(0, kHeight);
     const Vec3 ray = ray_of(camera, u, v);

@@ -25,12 +25,12 @@ MonoSolverOptions solver_options() {
 /// A refusal comes with a camera; other errors have none, or none that is settled.
 bool is_refusal(Status status) { return status == Status::undetermined || status == Status::implausible_result; }
 
-TrialErrors judge(const Camera& camera, const Pose& pose, const Trial& trial, Scene scene) {
-  return errors_of(camera, scene == Scene::planar ? with_origin_ahead(pose) : pose, trial);
+TrialErrors judge(const Camera& camera, const Pose& pose, const Trial& trial, ProtocolScene scene) {
+  return errors_of(camera, scene == ProtocolScene::planar ? with_origin_ahead(pose) : pose, trial);
 }
 
 TrialErrors start_errors(const CalibrationData& data, const InitialGuessOptions& options,
-                         const InitialGuessWorkspace& workspace, const Trial& trial, Scene scene) {
+                         const InitialGuessWorkspace& workspace, const Trial& trial, ProtocolScene scene) {
   InitialGuess guess;
   guess.init(data, options, workspace);
   Status status = guess.step();
@@ -57,8 +57,8 @@ TrialErrors limit_errors(const Trial& trial, Span<const ModelLine> model) {
 
 }  // namespace
 
-SceneOutcome run_scene(const Trial& trial, Scene scene, bool with_start) {
-  const std::vector<ModelLine>& model = scene == Scene::planar ? trial.planar : trial.spatial;
+SceneOutcome run_scene(const Trial& trial, ProtocolScene scene, bool with_start) {
+  const std::vector<ModelLine>& model = scene == ProtocolScene::planar ? trial.planar : trial.spatial;
   const View view{0, 0, static_cast<std::uint32_t>(trial.points.size())};
   const CalibrationData data{trial.camera.width, trial.camera.height, model, trial.points, {&view, 1}};
   const MonoSolverCapacities capacities{1, trial.points.size(), model.size()};
@@ -131,7 +131,8 @@ TrialsSummary run_trials(const TrialOptions& options, std::size_t trials, std::u
   for (std::vector<SceneOutcome>& of_scene : outcomes) of_scene.resize(trials);
   const auto run = [&](std::size_t i) {
     const Trial trial = draw_trial(options, trial_seed(seed, i));
-    for (std::size_t s = 0; s < kNumScenes; ++s) outcomes[s][i] = run_scene(trial, static_cast<Scene>(s), with_start);
+    for (std::size_t s = 0; s < kNumScenes; ++s)
+      outcomes[s][i] = run_scene(trial, static_cast<ProtocolScene>(s), with_start);
   };
   parallel_for(trials, threads, run, progress);
   TrialsSummary summary;

@@ -15,7 +15,7 @@
 namespace lecalib::host {
 
 /// Which of a trial's two models is used.
-enum class Scene : std::uint8_t { planar, spatial };
+enum class ProtocolScene : std::uint8_t { planar, spatial };
 inline constexpr std::size_t kNumScenes = 2;
 inline constexpr const char* kSceneNames[kNumScenes] = {"planar", "non-planar"};
 
@@ -36,7 +36,7 @@ struct SceneOutcome {
 
 /// All twelve parameters free and without any prior, as the limit has it. The solver finds its own start.
 /// @param with_start false: Stage::start is left out, as no_answer(), which saves a third of the time
-SceneOutcome run_scene(const Trial& trial, Scene scene, bool with_start);
+SceneOutcome run_scene(const Trial& trial, ProtocolScene scene, bool with_start);
 
 /// Over the trials of one arrangement.
 struct StageSummary {
@@ -55,7 +55,7 @@ struct SceneSummary {
 
 struct TrialsSummary {
   std::size_t trials = 0;
-  std::array<SceneSummary, kNumScenes> scenes;  ///< by Scene
+  std::array<SceneSummary, kNumScenes> scenes;  ///< by ProtocolScene
 };
 
 /// The middle value, or the mean of the two middle ones; infinity counts as a value. 0 for none.

@@ -9,10 +9,6 @@
 namespace lecalib {
 namespace {
 
-/// Focal lengths are tried in this ratio, at most so many: enough for 10 to 140 degrees of view.
-constexpr double kFocalRatio = 1.13;
-constexpr int kMaxFocalSteps = 32;
-
 /// The homography of the unit square (0,0) (1,0) (1,1) (0,1) to four points (Heckbert 1989).
 Mat3 square_to_quad(const Vec2 (&p)[4]) {
   const Vec2 d1 = p[1] - p[2];

@@ -19,6 +19,10 @@ struct FocalRange {
   double max_px;
 };
 
+/// Focal lengths are tried in this ratio, at most so many: enough for 10 to 140 degrees of view.
+inline constexpr double kFocalRatio = 1.13;
+inline constexpr int kMaxFocalSteps = 32;
+
 struct QuadPoseOptions {
   FocalRange focal{0, 0};
   /// Largest departure of the two columns from orthonormality, as the root of cosine^2 + log(ratio of lengths)^2.

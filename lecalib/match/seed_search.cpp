@@ -15,11 +15,11 @@ constexpr double kSlopes[] = {0.2, 0.15, 0.1};
 constexpr std::size_t kNumGates = 3;
 constexpr int kStepsPerGate = 2;
 /// Lines that must find a detected one, or all of a smaller model.
-constexpr std::size_t kMinLines = 4;
+constexpr std::size_t kMinSeedLines = 4;
 /// One sigma of the focal length around its guess, relative.
-constexpr double kFocalSigma = 0.3;
+constexpr double kSeedFocalSigma = 0.3;
 /// Of the best score in the window a guess must have this share at once, with the widest gate.
-constexpr double kHopelessShare = 0.4;
+constexpr double kHopelessSeedShare = 0.4;
 /// A window is done when a guess explains this share of the model on so many lines.
 constexpr double kClearShare = 0.65;
 constexpr std::uint16_t kClearLines = 7;
@@ -28,9 +28,6 @@ constexpr double kSameRotation = 0.05;  ///< |R1 - R2|, Frobenius
 constexpr double kSameFocal = 0.05;     ///< relative
 /// A seed that agrees with a hint ranks before others that explain up to so much more, for each hint.
 constexpr double kHintBonus = 0.5;
-/// Ratio of the focal lengths that are tried with a hinted pose, at most so many: 10 to 140 degrees of view.
-constexpr double kFocalRatio = 1.13;
-constexpr int kMaxFocalSteps = 32;
 
 class SeedFit {
  public:
@@ -45,17 +42,17 @@ class SeedFit {
     lens_.f_px = guess.f_px;
     LensPrior prior;
     prior.mean = lens_;
-    prior.sigma.f_px = kFocalSigma * guess.f_px;
+    prior.sigma.f_px = kSeedFocalSigma * guess.f_px;
     Support support;
     for (std::size_t round = 0; round < kNumGates; ++round) {
       const Span<const Assignment> taken = assign(pose, round, &support);
-      if (support.lines < std::min(kMinLines, scene_.model.lines.size())) return false;
-      if (round == 0 && support.score < kHopelessShare * best_score) return false;
+      if (support.lines < std::min(kMinSeedLines, scene_.model.lines.size())) return false;
+      if (round == 0 && support.score < kHopelessSeedShare * best_score) return false;
       if (!refine(taken, prior, &pose)) return false;
       if (!(lens_.f_px > 0.8 * window_.focal.min_px && lens_.f_px < 1.25 * window_.focal.max_px)) return false;
     }
     static_cast<void>(assign(pose, kNumGates - 1, &support));
-    if (support.lines < std::min(kMinLines, scene_.model.lines.size())) return false;
+    if (support.lines < std::min(kMinSeedLines, scene_.model.lines.size())) return false;
     out->pose = pose;
     out->f_px = lens_.f_px;
     out->score = support.score;

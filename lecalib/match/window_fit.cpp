@@ -15,7 +15,7 @@ struct Round {
 /// From coarse to fine; the last one only assigns.
 constexpr Round kRounds[] = {{12.0, 0.20, 16.0, 2}, {7.0, 0.12, 12.0, 2}, {4.0, 0.08, 10.0, 2}, {3.5, 0.06, 10.0, 0}};
 constexpr std::size_t kNumRounds = sizeof(kRounds) / sizeof(kRounds[0]);
-constexpr std::uint16_t kMinLines = 3;
+constexpr std::uint16_t kMinFitLines = 3;
 /// From this round on a pose with few lines needs whole ones.
 constexpr std::size_t kFineRound = 2;
 constexpr double kMinCoverageOfFew = 0.6;
@@ -37,7 +37,7 @@ bool fit_window(const ModelGraph& model, double f_px, const FlatFrame& frame, Sp
     if (round >= kFineRound) assignment.min_coverage_of_few = kMinCoverageOfFew;
     fit.assignments =
         assign_lines(model, fit.pose, f_px, frame, lines, Instant::middle, assignment, workspace, &fit.support);
-    if (fit.support.lines < kMinLines) return false;
+    if (fit.support.lines < kMinFitLines) return false;
     if (kRounds[round].iterations == 0) continue;
     PoseRefinementOptions refinement;
     refinement.iterations = kRounds[round].iterations;

@@ -13,11 +13,11 @@ namespace {
 /// A window counts when this share of what the model could show in it is found ...
 constexpr double kMinScoreShare = 0.25;
 /// ... on at least so many model lines, or all but one of a smaller model.
-constexpr std::size_t kMinLines = 4;
+constexpr std::size_t kMinTrackLines = 4;
 /// A match must hold at the window's begin and end, too: within so many units at each of its points.
 constexpr double kMaxEndUnits = 7.0;
 
-std::size_t min_lines_of(const MatchScene& scene) { return std::min(kMinLines, scene.model.lines.size() - 1); }
+std::size_t min_lines_of(const MatchScene& scene) { return std::min(kMinTrackLines, scene.model.lines.size() - 1); }
 
 /// Removes assignments that do not hold at the instant; @return those that stay, in place.
 Span<Assignment> drop_misfits(const MatchScene& scene, const Pose& pose, double f_px, Span<const FlatLine> flat,

@@ -9,7 +9,7 @@ namespace {
 // As far as a guess from a few tens of events may be from the line that it grows to.
 constexpr float kMaxDistancePx = 1;
 constexpr float kMaxSine = 0.1F;
-constexpr float kMaxMotionPx = 1;  // of half a window
+constexpr float kMaxFailedMotionPx = 1;  // of half a window
 
 }  // namespace
 
@@ -24,7 +24,7 @@ bool FailedLines::lies_on(const MovingLine& line, const MovingLine& guess) {
   const float way = cosine < 0 ? -1.0F : 1.0F;  // the guess may run the other way
   if (std::fabs(way * sine - slope) > kMaxSine) return false;
   const float motion = line.m[2] + line.m[3] * s * kAlongUnit;
-  return std::fabs(motion - way * guess.m[2]) <= kMaxMotionPx;
+  return std::fabs(motion - way * guess.m[2]) <= kMaxFailedMotionPx;
 }
 
 }  // namespace lecalib

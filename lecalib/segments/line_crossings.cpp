@@ -15,7 +15,7 @@ constexpr std::size_t kCellPixels = std::size_t{kCloudCellPx} * kCloudCellPx;
 constexpr float kGaussianOverMedian = 1.4826F;
 constexpr float kOffBandPx = 1;  // the corridor is that of the line, the band that of its shape
 
-constexpr int kRounds = 4;
+constexpr int kCrossingRounds = 4;
 constexpr float kFirstSpreadPx = 0.5F;
 constexpr float kLeastSpreadPx = 0.03F;
 constexpr float kLeastBandPx = 0.25F;
@@ -113,7 +113,7 @@ class CrossingFitter {
   /// Moves the shape from the events to the crossings. @return false where the equations are singular
   bool fit(const LineShapeOptions& shape_options, const LinePriors& priors) {
     spread_px_ = kFirstSpreadPx;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kCrossingRounds; ++round) {
       sum_cells();
       if (round > 1) misfit2_ = cells_.misfit2(spread_px_ * spread_px_);
       ShapeEquations equations;

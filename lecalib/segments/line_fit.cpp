@@ -13,7 +13,7 @@ namespace lecalib {
 namespace {
 
 constexpr float kWideBandPx = 5;  // events that the robust fit chooses from
-constexpr int kRounds = 3;
+constexpr int kFitRounds = 3;
 
 constexpr int kMaxParts = 3;  // a line is cut at a kink that often, less one
 
@@ -21,7 +21,7 @@ constexpr float kInlierSigmas = 2.5F;
 constexpr float kMinInlierPx = 1;
 constexpr float kFlankMarginPx = 0.5F;
 
-constexpr int kMaxCount = 65535;      // of a histogram bin; a patch's count is cut there too
+constexpr int kMaxBinCount = 65535;   // of a histogram bin; a patch's count is cut there too
 constexpr float kEndDensity = 0.35F;  // of the mean: less is beyond the line's end
 constexpr float kEventsPerPatch = 8;  // in the test of evenness
 constexpr int kMinPatches = 3;
@@ -101,7 +101,7 @@ class LineFitter {
   [[nodiscard]] float band() const { return weight_band(line_.thickness_px); }
 
   FitOutcome fit_robustly() {
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kFitRounds; ++round) {
       const float band_px = band();
       LineEquations equations;
       const WeightedSupport support =
@@ -148,7 +148,7 @@ class LineFitter {
       const int row =
           std::clamp(static_cast<int>((ws_.tau[k] + 1) * kRowsPerTau), 0, static_cast<int>(kHistogramRows) - 1);
       std::uint16_t& counted = count_at(row, bin);
-      counted = static_cast<std::uint16_t>(counted + (counted < kMaxCount ? 1 : 0));
+      counted = static_cast<std::uint16_t>(counted + (counted < kMaxBinCount ? 1 : 0));
       ++on_line[row];
     }
     const std::uint32_t early = on_line[0] + on_line[1];
@@ -260,7 +260,7 @@ class LineFitter {
     for (int b = first; b + width <= end; b += width) {
       if (is_shared(b + width / 2)) continue;
       const int n = half_sum(0, b, width) + half_sum(1, b, width);
-      ws_.patches[static_cast<std::size_t>(patches++)] = static_cast<std::uint16_t>(std::min(n, kMaxCount));
+      ws_.patches[static_cast<std::size_t>(patches++)] = static_cast<std::uint16_t>(std::min(n, kMaxBinCount));
       empty += n == 0 ? 1 : 0;
     }
     if (patches < kMinPatches) return false;

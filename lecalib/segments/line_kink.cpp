@@ -7,8 +7,8 @@
 namespace lecalib {
 namespace {
 
-constexpr float kColumnPx = 12;
-constexpr int kMinColumns = 8;
+constexpr float kKinkColumnPx = 12;
+constexpr int kMinKinkColumns = 8;
 constexpr int kSmoothTerms = 5;  // 1, u, ..., u^4
 constexpr int kMargin = 2;       // columns at either end where a hinge could follow a single column
 
@@ -16,8 +16,8 @@ constexpr int kMargin = 2;       // columns at either end where a hinge could fo
 
 KinkFinder::KinkFinder(float low_px, float high_px) noexcept : low_px_(low_px) {
   const float length = high_px - low_px;
-  count_ = std::clamp(static_cast<int>(length / kColumnPx), 0, kMaxColumns);
-  if (count_ < kMinColumns) count_ = 0;
+  count_ = std::clamp(static_cast<int>(length / kKinkColumnPx), 0, kMaxColumns);
+  if (count_ < kMinKinkColumns) count_ = 0;
   columns_per_px_ = count_ > 0 ? static_cast<float>(count_) / length : 0;
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kSlices = 8;  // of the window: one bit each
 constexpr unsigned kCountOne = 1U << kSlices;
-constexpr unsigned kMaxCount = 255;
+constexpr unsigned kMaxSliceCount = 255;
 constexpr int kMotionStepPx = 2;  // along the line, during the window
 constexpr int kMaxMotionPx = 12;
 constexpr int kNumMotions = 2 * kMaxMotionPx / kMotionStepPx + 1;
@@ -113,7 +113,7 @@ class EdgeRow {
       const int b = std::min(static_cast<int>(event.along_px - start_), size_ - 1);
       const int slice = std::clamp(static_cast<int>((event.tau + 1) * (0.5F * kSlices)), 0, kSlices - 1);
       unsigned pixel = pixels_[b] | 1U << static_cast<unsigned>(slice);
-      if (pixel >> kSlices < kMaxCount) pixel += kCountOne;
+      if (pixel >> kSlices < kMaxSliceCount) pixel += kCountOne;
       pixels_[b] = static_cast<std::uint16_t>(pixel);
     });
   }

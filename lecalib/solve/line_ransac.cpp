@@ -8,8 +8,9 @@ namespace lecalib {
 namespace {
 
 /// Division-model mu of the straightenings tried, 1 at the image corner. The reach bridges what lies between.
-constexpr double kStraightenings[] = {0.1, 0.0, 0.3, -0.15, 0.5};
-constexpr int kNumStraightenings = static_cast<int>(sizeof(kStraightenings) / sizeof(kStraightenings[0]));
+constexpr double kSampleStraightenings[] = {0.1, 0.0, 0.3, -0.15, 0.5};
+constexpr int kNumSampleStraightenings =
+    static_cast<int>(sizeof(kSampleStraightenings) / sizeof(kSampleStraightenings[0]));
 
 /// Refits to all near lines, each time the best solution is beaten.
 constexpr int kRefits = 3;
@@ -65,7 +66,7 @@ Status LineRansac::init(const CalibrationData& data, const LineRansacOptions& op
 Straightening LineRansac::straightening(int index) const {
   const double x = centre_x(data_);
   const double y = centre_y(data_);
-  return {x, y, std::sqrt(x * x + y * y), kStraightenings[index]};
+  return {x, y, std::sqrt(x * x + y * y), kSampleStraightenings[index]};
 }
 
 void LineRansac::begin_view() {
@@ -93,7 +94,7 @@ Status LineRansac::step() {
     if (draw_sample() && solve(workspace_.chosen.first(sample_size_), &M)) improve(M);
     return Status::in_progress;
   }
-  if (possible && ++straightening_ < kNumStraightenings) {
+  if (possible && ++straightening_ < kNumSampleStraightenings) {
     begin_straightening();
     return Status::in_progress;
   }

@@ -14,12 +14,12 @@ namespace lecalib {
 namespace {
 
 constexpr int kPointsPerLine = 3;
-constexpr std::size_t kMinLines = 4;
+constexpr std::size_t kMinForecastLines = 4;
 /// A pose whose pivots fall below this rests on lines that are all but parallel.
-constexpr double kMinPosePivot = 1e-7;
+constexpr double kMinForecastPivot = 1e-7;
 /// What is forecast: so many views, each with points as good as an edge's.
 constexpr double kViews = 4;
-constexpr double kSigmaPx = 0.1;
+constexpr double kPointSigmaPx = 0.1;
 
 constexpr double kTiltDeg = 25;
 constexpr double kQuarterTurnDeg = 90;
@@ -125,7 +125,7 @@ std::size_t add_view_information(const Camera& camera, Span<const ModelLine> mod
     if (add_line(camera, radius_limit, line, R, t, &equations) >= 2) ++lines;
   }
   Cholesky<6> factor;
-  if (lines < kMinLines || !factor.factor(equations.pose, kMinPosePivot)) return lines;
+  if (lines < kMinForecastLines || !factor.factor(equations.pose, kMinForecastPivot)) return lines;
   const Eigen::Matrix<double, 6, 9> solved = factor.solve(equations.cross);
   *information += (equations.camera - equations.cross.transpose().lazyProduct(solved)) / (sigma_px * sigma_px);
   return lines;
@@ -145,8 +145,8 @@ bool forecast_moves(const Camera& camera, Span<const ModelLine> model, const Mat
   const Vec3 centre = centre_of(model);
   for (const Candidate& candidate : candidates) {
     Mat9 added = Mat9::Zero();
-    (void)add_view_information(camera, model, pose_of(candidate, camera, from, centre), kSigmaPx / std::sqrt(kViews),
-                               &added);
+    (void)add_view_information(camera, model, pose_of(candidate, camera, from, centre),
+                               kPointSigmaPx / std::sqrt(kViews), &added);
     for (Eigen::Index i = 0; i < 9; ++i) {
       if (!held[i]) continue;
       added.row(i).setZero();

@@ -4,8 +4,6 @@
 namespace lecalib {
 namespace {
 
-enum Index : int { kFx, kFy, kCx, kCy, kK1, kK2, kP1, kP2, kK3 };
-
 /// Focal length over width of a lens that is neither wide nor long.
 constexpr double kUsualFocalLength = 0.8;
 

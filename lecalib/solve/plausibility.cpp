@@ -12,8 +12,6 @@
 namespace lecalib {
 namespace {
 
-enum Index : std::uint8_t { kFx, kFy, kCx, kCy, kK1 };
-
 bool all_finite(const CalibrationResult& result) {
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     if (!std::isfinite(result.camera.*kIntrinsics[i]) || !std::isfinite(result.sigma[i])) return false;

@@ -18,7 +18,7 @@ using host::Error;
 using host::MaybeError;
 using host::Result;
 
-constexpr SensorSize kSensor = {1280, 720};
+constexpr SensorSize kSensorSize = {1280, 720};
 constexpr std::uint8_t kSystemGen41 = 0x30;
 constexpr std::uint8_t kSystemImx636 = 0x31;
 constexpr std::uint32_t kMinFirmware = 0x030800;
@@ -60,7 +60,7 @@ class TreuzellCamera : public Camera {
   MaybeError identify();
 
   [[nodiscard]] const CameraInfo& info() const override { return info_; }
-  [[nodiscard]] SensorSize sensor() const override { return kSensor; }
+  [[nodiscard]] SensorSize sensor() const override { return kSensorSize; }
   [[nodiscard]] std::string file_header() const override;
   [[nodiscard]] std::size_t word_bytes() const override { return sizeof(std::uint16_t); }
   MaybeError start(const CameraSettings& settings, StreamSink* sink) override;
@@ -114,7 +114,8 @@ MaybeError TreuzellCamera::identify() {
 
 std::string TreuzellCamera::file_header() const {
   return recording_header(
-      kSensor, {{"sensor_name", "IMX636"}, {"serial_number", info_.serial}, {"system_ID", std::to_string(system_id_)}});
+      kSensorSize,
+      {{"sensor_name", "IMX636"}, {"serial_number", info_.serial}, {"system_ID", std::to_string(system_id_)}});
 }
 
 const Imx636Bias* find_bias(const std::string& name) {
@@ -138,9 +139,9 @@ MaybeError check(const CameraSettings& settings) {
   }
   if (settings.roi) {
     const Roi& roi = *settings.roi;
-    const bool fits =
-        roi.width > 0 && roi.height > 0 && roi.x + roi.width <= kSensor.width && roi.y + roi.height <= kSensor.height;
-    if (!fits) return Error{"the region of interest leaves the sensor of " + host::to_string(kSensor) + " px"};
+    const bool fits = roi.width > 0 && roi.height > 0 && roi.x + roi.width <= kSensorSize.width &&
+                      roi.y + roi.height <= kSensorSize.height;
+    if (!fits) return Error{"the region of interest leaves the sensor of " + host::to_string(kSensorSize) + " px"};
   }
   if (settings.max_events_per_s > 0 && settings.max_events_per_s < kMinEventRate) {
     return Error{"the camera's own limit is at least " + std::to_string(kMinEventRate) + " events per second"};
@@ -245,7 +246,7 @@ std::uint32_t outside_bits(std::uint32_t word, std::uint32_t begin, std::uint32_
 }
 
 MaybeError TreuzellCamera::set_roi(const std::optional<Roi>& wanted) {
-  const Roi roi = wanted.value_or(Roi{0, 0, kSensor.width, kSensor.height});
+  const Roi roi = wanted.value_or(Roi{0, 0, kSensorSize.width, kSensorSize.height});
   const auto columns = [&](std::uint32_t i) { return outside_bits(i, roi.x, roi.width); };
   const auto rows = [&](std::uint32_t i) { return outside_bits(i, roi.y, roi.height); };
   if (MaybeError error = fill(kImx636RoiColumns, columns)) return error;

@@ -8,7 +8,7 @@
 namespace lecalib::usb {
 namespace {
 
-constexpr std::uint32_t kSensor = 0;  // number of the device that registers belong to
+constexpr std::uint32_t kSensorDevice = 0;  // number of the device that registers belong to
 constexpr std::size_t kMaxAnswerBytes = 1024;
 constexpr unsigned kAnswerTimeoutMs = 1000;
 constexpr int kMaxStale = 4;  // answers to requests that were given up
@@ -103,14 +103,15 @@ host::Result<std::vector<std::uint32_t>> TreuzellLink::take_answer(std::uint32_t
 }
 
 host::Result<std::uint32_t> TreuzellLink::read_register(std::uint32_t address) {
-  const auto answer = ask(kRegisters, {kSensor, address, 1});
+  const auto answer = ask(kRegisters, {kSensorDevice, address, 1});
   if (!answer.ok()) return answer.error();
-  if (answer.value().size() < 3) return failure(kRegisters, {kSensor, address}, "the camera's answer is too short");
+  if (answer.value().size() < 3)
+    return failure(kRegisters, {kSensorDevice, address}, "the camera's answer is too short");
   return answer.value()[2];
 }
 
 host::MaybeError TreuzellLink::write_register(std::uint32_t address, std::uint32_t value) {
-  const auto answer = ask(kRegisters | kWrite, {kSensor, address, value});
+  const auto answer = ask(kRegisters | kWrite, {kSensorDevice, address, value});
   if (!answer.ok()) return answer.error();
   return std::nullopt;
 }

@@ -90,7 +90,7 @@ TEST_CASE("protocol run: with little noise the solver is off by what the limit s
   int alike = 0;
   for (std::uint64_t i = 0; i < 40; ++i) {
     const Trial trial = draw_trial(options, trial_seed(9, i));
-    for (const Scene scene : {Scene::planar, Scene::spatial}) {
+    for (const ProtocolScene scene : {ProtocolScene::planar, ProtocolScene::spatial}) {
       const SceneOutcome outcome = run_scene(trial, scene, false);
       if (outcome.status != Status::ok) continue;
       ++trials;
@@ -110,7 +110,7 @@ TEST_CASE("protocol run: with little noise the solver is off by what the limit s
 
 TEST_CASE("protocol run: errors in sigmas are those of the camera that the solver returns") {
   Trial trial = draw_trial(default_trial(Protocol::text), 5);
-  const SceneOutcome outcome = run_scene(trial, Scene::spatial, false);
+  const SceneOutcome outcome = run_scene(trial, ProtocolScene::spatial, false);
   REQUIRE(outcome.status == Status::ok);
   for (std::size_t i = 0; i < kNumSigmas; ++i) {
     CHECK(outcome.sigmas_off[i] > 0);
@@ -118,7 +118,7 @@ TEST_CASE("protocol run: errors in sigmas are those of the camera that the solve
   }
   // The same camera, twice as uncertain.
   for (LinePoint& point : trial.points) point.sigma_px *= 2;
-  const SceneOutcome wider = run_scene(trial, Scene::spatial, false);
+  const SceneOutcome wider = run_scene(trial, ProtocolScene::spatial, false);
   for (std::size_t i = 0; i < kNumSigmas; ++i) {
     const double error = outcome.errors[kRefined][i + 2] / wider.errors[kRefined][i + 2];
     CHECK(wider.sigmas_off[i] * error == doctest::Approx(0.5 * outcome.sigmas_off[i]).epsilon(0.25));
@@ -135,8 +135,8 @@ TEST_CASE("protocol run: what a trial gives depends on its seed alone, not on th
 
 TEST_CASE("protocol run: without the start all else stays as it is") {
   const Trial trial = draw_trial(default_trial(Protocol::text), 5);
-  const SceneOutcome with = run_scene(trial, Scene::planar, true);
-  const SceneOutcome without = run_scene(trial, Scene::planar, false);
+  const SceneOutcome with = run_scene(trial, ProtocolScene::planar, true);
+  const SceneOutcome without = run_scene(trial, ProtocolScene::planar, false);
   CHECK(without.errors[kStart] == no_answer());
   CHECK(with.errors[kStart] != no_answer());
   CHECK(without.errors[kRefined] == with.errors[kRefined]);
