@@ -118,23 +118,23 @@ std::string TreuzellCamera::file_header() const {
       {{"sensor_name", "IMX636"}, {"serial_number", info_.serial}, {"system_ID", std::to_string(system_id_)}});
 }
 
-const Imx636Bias* find_bias(const std::string& name) {
-  const Span<const Imx636Bias> all = imx636_biases();
-  const auto* const bias = std::find_if(all.begin(), all.end(), [&](const Imx636Bias& b) { return b.name == name; });
-  return bias == all.end() ? nullptr : bias;
+Result<Imx636Bias> find_bias(const std::string& name) {
+  std::string names;
+  for (const Imx636Bias& bias : imx636_biases()) {
+    if (bias.name == name) return bias;
+    names += (names.empty() ? "" : ", ") + std::string(bias.name);
+  }
+  return Error{"no bias is called " + name + ": there are " + names};
 }
 
 MaybeError check(const CameraSettings& settings) {
   for (const BiasOffset& wanted : settings.biases) {
-    const Imx636Bias* const bias = find_bias(wanted.name);
-    if (bias == nullptr) {
-      std::string names;
-      for (const Imx636Bias& b : imx636_biases()) names += (names.empty() ? "" : ", ") + std::string(b.name);
-      return Error{"no bias is called " + wanted.name + ": there are " + names};
-    }
-    if (wanted.offset < bias->min_offset || wanted.offset > bias->max_offset) {
-      return Error{"bias " + wanted.name + " takes offsets from " + std::to_string(bias->min_offset) + " to " +
-                   std::to_string(bias->max_offset) + ", not " + std::to_string(wanted.offset)};
+    const Result<Imx636Bias> bias = find_bias(wanted.name);
+    if (!bias.ok()) return bias.error();
+    const auto [lowest, highest] = std::pair(bias.value().min_offset, bias.value().max_offset);
+    if (wanted.offset < lowest || wanted.offset > highest) {
+      return Error{"bias " + wanted.name + " takes offsets from " + std::to_string(lowest) + " to " +
+                   std::to_string(highest) + ", not " + std::to_string(wanted.offset)};
     }
   }
   if (settings.roi) {
@@ -255,8 +255,10 @@ MaybeError TreuzellCamera::set_roi(const std::optional<Roi>& wanted) {
 }
 
 MaybeError TreuzellCamera::set_bias(const BiasOffset& wanted) {
-  const Imx636Bias& bias = *find_bias(wanted.name);
-  const Result<std::uint32_t> before = link_.read_register(bias.address);
+  const Result<Imx636Bias> bias = find_bias(wanted.name);
+  if (!bias.ok()) return bias.error();
+  const std::uint32_t address = bias.value().address;
+  const Result<std::uint32_t> before = link_.read_register(address);
   if (!before.ok()) return before.error();
   const int usual = static_cast<int>(before.value() & 0xFFU);
   const int value = usual + wanted.offset;
@@ -264,8 +266,8 @@ MaybeError TreuzellCamera::set_bias(const BiasOffset& wanted) {
     return Error{"bias " + wanted.name + " stands at " + std::to_string(usual) + " of 0 to 255: its offset can be " +
                  std::to_string(-usual) + " to " + std::to_string(255 - usual)};
   }
-  biases_before_.push_back({bias.address, before.value()});
-  return link_.write_register(bias.address, kImx636BiasWord | static_cast<std::uint32_t>(value));
+  biases_before_.push_back({address, before.value()});
+  return link_.write_register(address, kImx636BiasWord | static_cast<std::uint32_t>(value));
 }
 
 /// Takes what an earlier stream has left behind.
