@@ -41,13 +41,22 @@ std::string parameter_text(const CameraReport& entry, std::size_t i) {
   return line + "\n";
 }
 
+/// What is known of the intrinsic that a refusal is about: " (420.8 with one sigma of 8.0 px)".
+std::string uncertainty(const CalibrationResult& result) {
+  if (result.parameter >= kNumIntrinsics || !(result.sigma[result.parameter] > 0)) return "";
+  const double sigma = result.sigma[result.parameter];
+  const int digits = decimals(sigma);
+  return " (" + fixed(result.camera.*kIntrinsics[result.parameter], digits) + " with one sigma of " +
+         fixed(sigma, digits) + (result.parameter < 4 ? " px)" : ")");
+}
+
 }  // namespace
 
 void add_result(const CalibrationResult& result, Span<const View> views, const std::vector<std::string>& view_names,
                 const std::vector<std::string>& line_names, CalibrationReport* report) {
   report->status = result.status;
   Diagnostics& diagnostics = report->diagnostics;
-  diagnostics.reason = explanation(result.status, result.parameter);
+  diagnostics.reason = explanation(result);
   diagnostics.counts.push_back({"views", views.size()});
   diagnostics.counts.push_back({"views_left_out", result.views_left_out});
   diagnostics.counts.push_back({kLinesLeftOut, result.lines_left_out});
@@ -93,9 +102,10 @@ void add_coverage(const Coverage& coverage, CalibrationReport* report) {
   for (std::size_t i = 0; i < coverage.num_hints(); ++i) reason += "; " + advice(coverage.hints[i]);
 }
 
-std::string explanation(Status status, std::uint8_t parameter) {
+std::string explanation(const CalibrationResult& result) {
+  const std::uint8_t parameter = result.parameter;
   const std::string name = parameter < kNumIntrinsics ? kIntrinsicNames[parameter] : "a parameter";
-  switch (status) {
+  switch (result.status) {
     case Status::ok: return "the camera is determined";
     case Status::too_few_lines:
       return "too few lines: a view needs 4 lines of a flat model, 6 of another, and one view must have them; show all "
@@ -116,11 +126,11 @@ std::string explanation(Status status, std::uint8_t parameter) {
              (parameter < kNumIntrinsics ? " (" + name + ")" : std::string()) +
              "; check the model's dimensions, the names of the lines and the sensor's size";
     case Status::undetermined:
-      return "the data leave " + name +
-             " too uncertain; record more views: tilt the object, come nearer, and reach the corners of the image";
+      return "the data leave " + name + " too uncertain" + uncertainty(result) +
+             "; record more views: tilt the object, come nearer, and reach the corners of the image";
     case Status::numerical_failure:
       return "the equations have no finite solution; check model and lines for gross errors";
-    default: return std::string("stopped: ") + to_string(status);
+    default: return std::string("stopped: ") + to_string(result.status);
   }
 }
 

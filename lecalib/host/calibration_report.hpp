@@ -87,8 +87,8 @@ void add_result(const CalibrationResult& result, Span<const View> views, const s
 void add_coverage(const Coverage& coverage, CalibrationReport* report);
 
 /// One plain sentence: what a status means for somebody who calibrates a camera, and what to do about it.
-/// @param parameter index of the intrinsic it is about, or kNoParameter
-std::string explanation(Status status, std::uint8_t parameter);
+/// Names the intrinsic that a refusal is about, and what is known of it.
+std::string explanation(const CalibrationResult& result);
 
 /// A hint in words: "tilt the object, or look at it from another side". Empty for none.
 std::string advice(CoverageHint hint);

@@ -164,13 +164,25 @@ TEST_CASE("every status has one plain line, and names the parameter it is about"
        {Status::ok, Status::too_few_lines, Status::degenerate_geometry, Status::no_match, Status::not_converged,
         Status::implausible_result, Status::undetermined, Status::numerical_failure, Status::capacity_exceeded}) {
     for (const std::uint8_t parameter : {std::uint8_t{0}, kNoParameter}) {
-      const std::string text = explanation(status, parameter);
+      CalibrationResult result;
+      result.status = status;
+      result.parameter = parameter;
+      const std::string text = explanation(result);
       CHECK(text.size() > 10);
       CHECK(text.find('\n') == std::string::npos);
     }
   }
-  CHECK(explanation(Status::undetermined, 2).find("cx") != std::string::npos);
-  CHECK(explanation(Status::implausible_result, 4).find("(k1)") != std::string::npos);
+  CalibrationResult refused;
+  refused.status = Status::undetermined;
+  refused.parameter = 2;
+  refused.camera.cx = 321.25;
+  refused.sigma[2] = 40.5;
+  CHECK(explanation(refused).find("cx too uncertain (321 with one sigma of 40 px);") != std::string::npos);
+  refused.sigma[2] = 0;  // not computed
+  CHECK(explanation(refused).find("cx too uncertain;") != std::string::npos);
+  refused.status = Status::implausible_result;
+  refused.parameter = 4;
+  CHECK(explanation(refused).find("(k1)") != std::string::npos);
 }
 
 TEST_CASE("a refused solution gives no camera, but its figures") {
