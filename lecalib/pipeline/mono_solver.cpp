@@ -133,6 +133,7 @@ Status MonoSolver::step_refinement() {
     refiner_.set_loss(options_.loss, options_.loss_width * scale, has_edges() ? 1.0 : scale);
     return Status::in_progress;
   }
+  refiner_.make_last_step();
   return conclude(Status::ok);
 }
 
