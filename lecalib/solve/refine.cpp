@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "lecalib/math/cholesky.hpp"
 #include "lecalib/math/gram.hpp"
@@ -27,9 +28,10 @@ constexpr double kMaxDamping = 1e10;
 /// Below it a step is nearly Gauss-Newton's, so that a small predicted decrease means convergence and not mere caution.
 constexpr double kTrustedDamping = 1e-2;
 constexpr double kMinDamping = 1e-15;
-/// Of the damping after a first rejected step: what a direction needs may lie anywhere between the weakest one's share
-/// of 1e-10 and 1, so small steps towards it are many.
-constexpr double kDampingGrowth = 10.0;
+/// Of the damping after a rejected step; and before any step is accepted, when nothing tells yet where between the
+/// weakest direction's share of 1e-10 and 1 it has to be.
+constexpr double kDampingGrowth = 2.0;
+constexpr double kFirstDampingGrowth = 10.0;
 
 }  // namespace
 
@@ -66,6 +68,7 @@ void Refiner::init(const CalibrationData& data, const ParameterPolicy& policy, c
   }
   pair_views();
   set_loss(options.loss, options.loss_width, 1.0);
+  damping_growth_ = kFirstDampingGrowth;
 }
 
 void Refiner::set_loss(Loss loss, double width, double sigma_scale) {
@@ -321,7 +324,7 @@ double Refiner::apply(const Vec9& delta, double* largest_relative_step) {
 
 void Refiner::restore(const Camera& camera) {
   camera_ = camera;
-  for (RefineView& view : views_) view.pose = view.previous;
+  for (RefineView& view : views_) std::swap(view.pose, view.previous);
 }
 
 Status Refiner::finish(StopReason reason, Status status) {
@@ -330,9 +333,7 @@ Status Refiner::finish(StopReason reason, Status status) {
 }
 
 void Refiner::make_last_step() {
-  Vec9 delta;
-  double relative_step = 0.0;
-  if (reason_ == StopReason::small_decrease && solve_damped(&delta)) apply(delta, &relative_step);
+  if (reason_ == StopReason::small_decrease) restore(next_camera_);
 }
 
 Status Refiner::step() {
@@ -351,6 +352,7 @@ Status Refiner::step() {
   double relative_step = 0.0;
   const double predicted = apply(delta, &relative_step);
   if (damping_ < kTrustedDamping && predicted <= options_.decrease_tolerance * cost_before) {
+    next_camera_ = camera_;
     restore(camera_before);
     return finish(StopReason::small_decrease, Status::ok);
   }

@@ -44,7 +44,7 @@ struct RefineOptions {
 /// one other view's, so time and memory are linear in the number of views.
 struct RefineView {
   Pose pose;
-  Pose previous;            ///< where a rejected step returns to
+  Pose previous;            ///< the other end of the last step: where a rejected one returns to
   double pose_block[36];    ///< J_pose' W J_pose, 6 x 6, lower triangle valid
   double cross_block[54];   ///< J_pose' W J_intrinsics, 6 x 9, column-major
   double pose_gradient[6];  ///< -J_pose' W r
@@ -195,6 +195,7 @@ class Refiner {
   Span<float> residuals_;
   Span<float> feet_;
   Camera camera_;
+  Camera next_camera_;  // of the step left out
   Eigen::Matrix<double, 9, 9> data_block_ = Eigen::Matrix<double, 9, 9>::Zero();
   Vec9 data_gradient_ = Vec9::Zero();
   Eigen::Matrix<double, 9, 9> intrinsic_block_ = Eigen::Matrix<double, 9, 9>::Zero();
