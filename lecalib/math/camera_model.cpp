@@ -1,14 +1,24 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/math/camera_model.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lecalib {
 namespace {
 
+/// Bounds of the radial factor that a single step of un-distortion trusts.
+constexpr double kMinFactor = 0.4;
+constexpr double kMaxFactor = 2.5;
+
 bool is_finite(const Vec2& v) { return std::isfinite(v(0)) && std::isfinite(v(1)); }
 
 }  // namespace
+
+Vec2 roughly_undistorted(const Camera& c, const Vec2& pixel) {
+  const Vec2 distorted((pixel(0) - c.cx) / c.fx, (pixel(1) - c.cy) / c.fy);
+  return distorted / std::clamp(factor_seen_at(c, distorted.squaredNorm()), kMinFactor, kMaxFactor);
+}
 
 Vec2 distort(const Camera& c, const Vec2& ideal, Mat2* d_ideal, Mat25* d_coefficients) {
   const RadialFactor radial = radial_at(c, ideal.squaredNorm());

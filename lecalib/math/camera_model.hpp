@@ -62,6 +62,9 @@ inline Eigen::Matrix<double, 1, 5> distortion_gradient(const Camera& c, const Ve
   return gradient;
 }
 
+/// About the ideal point of a pixel, in one step: where a search begins, or where only a sign is asked.
+Vec2 roughly_undistorted(const Camera& camera, const Vec2& pixel);
+
 /// Ideal to distorted normalised coordinates, without any check of the domain: for loops that hold valid_radius().
 /// @param[out] d_ideal        2 x 2, may be null
 /// @param[out] d_coefficients 2 x 5 in the order k1 k2 p1 p2 k3, may be null

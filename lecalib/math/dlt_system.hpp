@@ -66,11 +66,12 @@ class DltSystem {
   void add(const Vec3& l, const Point& p, const Point& q) {
     Eigen::Matrix<double, D + 1, 2> points;
     points << p, q, 1.0, 1.0;
-    const Mat3 ll = l * l.transpose();
-    // A row is (P, 1) (x) l, so A'A consists of 3 x 3 blocks, each a multiple of l l'.
+    const double ll[6] = {l(0) * l(0), l(0) * l(1), l(0) * l(2), l(1) * l(1), l(1) * l(2), l(2) * l(2)};
+    double* sum = sums_;
     for (int i = 0; i <= D; ++i) {
       for (int j = i; j <= D; ++j) {
-        AtA_.template block<3, 3>(3 * i, 3 * j) += points.row(i).dot(points.row(j)) * ll;
+        const double weight = points.row(i).dot(points.row(j));
+        for (const double entry : ll) *sum++ += weight * entry;
       }
     }
   }
@@ -79,15 +80,13 @@ class DltSystem {
   /// the smallest: M is then not unique
   bool solve(Projection* M) {
     constexpr int kRest = 3 * D;
-    for (int i = 1; i < D; ++i) {
-      for (int j = 0; j < i; ++j) AtA_.template block<3, 3>(3 * i, 3 * j) = AtA_.template block<3, 3>(3 * j, 3 * i);
-    }
+    const Eigen::Matrix<double, kSize, kSize> AtA = matrix();
     Cholesky<3> last;
-    if (!last.factor(AtA_.template bottomRightCorner<3, 3>(), kMinEigenRatio)) return false;
-    const Eigen::Matrix<double, kRest, 3> cross = AtA_.template topRightCorner<kRest, 3>();
+    if (!last.factor(AtA.template bottomRightCorner<3, 3>(), kMinEigenRatio)) return false;
+    const Eigen::Matrix<double, kRest, 3> cross = AtA.template topRightCorner<kRest, 3>();
     const Eigen::Matrix<double, 3, kRest> fitted = last.solve(Eigen::Matrix<double, 3, kRest>(cross.transpose()));
     const Eigen::Matrix<double, kRest, kRest> reduced =
-        AtA_.template topLeftCorner<kRest, kRest>() - cross.lazyProduct(fitted);
+        AtA.template topLeftCorner<kRest, kRest>() - cross.lazyProduct(fitted);
     Eigen::Matrix<double, kRest, 1> rest;
     if (!smallest_eigenvector(reduced, kMinEigenRatio, &rest)) return false;
     M->template leftCols<D>() = Eigen::Map<const Eigen::Matrix<double, 3, D>>(rest.data());
@@ -98,7 +97,24 @@ class DltSystem {
  private:
   /// Rounding leaves about 1e-16; what noise of 1e-3 px leaves of a degenerate direction is below 1e-12.
   static constexpr double kMinEigenRatio = 1e-12;
-  Eigen::Matrix<double, kSize, kSize> AtA_ = Eigen::Matrix<double, kSize, kSize>::Zero();
+
+  [[nodiscard]] Eigen::Matrix<double, kSize, kSize> matrix() const {
+    constexpr int kEntry[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    Eigen::Matrix<double, kSize, kSize> AtA;
+    const double* sum = sums_;
+    for (int i = 0; i <= D; ++i) {
+      for (int j = i; j <= D; ++j, sum += 6) {
+        for (int a = 0; a < 3; ++a) {
+          for (int b = 0; b < 3; ++b) AtA(3 * i + a, 3 * j + b) = AtA(3 * j + a, 3 * i + b) = sum[kEntry[a][b]];
+        }
+      }
+    }
+    return AtA;
+  }
+
+  /// A row of A is (P, 1) (x) l, so A'A consists of 3 x 3 blocks, one for each two coordinates of (P, 1) and each a sum
+  /// of multiples of l l', of which six entries differ.
+  double sums_[6 * (D + 1) * (D + 2) / 2] = {};
 };
 
 }  // namespace lecalib

@@ -10,17 +10,14 @@ namespace {
 /// An error of s px along the line changes the residual by about s^2 / (2 radius of curvature): 1e-11 px here.
 constexpr double kFootTolerancePx = 1e-4;
 
-/// Where the next search goes on from the step that this one leaves out, one evaluation does: the error of the
-/// residual, 1e-5 px or, near the fold, 1e-4, shrinks by its square from one iteration to the next.
+/// Where the next search goes on from the step that this one leaves out, one evaluation does: that step's s^2 / (2 R)
+/// is below 1e-5 px of residual where the image bends with a radius R of 500 px or more, and 1e-4 px near the fold,
+/// where R falls to 50. It shrinks by its square from one iteration to the next.
 constexpr double kWarmTolerancePx = 1e-1;
 constexpr int kMaxFootSteps = 40;
 
 /// Share of Gauss-Newton's curvature below which the secant's is not trusted.
 constexpr double kMinCurvature = 0.05;
-
-/// Bounds of the radial factor that a start along the line trusts; the steps along the line do the rest.
-constexpr double kMinStartFactor = 0.4;
-constexpr double kMaxStartFactor = 2.5;
 
 /// Keeps the foot off the fold itself, where the image of a radial line has no tangent.
 constexpr double kInsideFold = 0.9999;
@@ -77,13 +74,6 @@ inline Candidate evaluate(const Camera& c, const IdealLine& line, double s, doub
           c.fy * (radial.value * dy + y * stretch)};
 }
 
-/// Where the roughly un-distorted pixel faces the line.
-double starting_parameter(const Camera& camera, const IdealLine& line, const Vec2& pixel) {
-  const Vec2 distorted((pixel(0) - camera.cx) / camera.fx, (pixel(1) - camera.cy) / camera.fy);
-  const double factor = std::clamp(factor_seen_at(camera, distorted.squaredNorm()), kMinStartFactor, kMaxStartFactor);
-  return line.direction.dot(distorted) / factor;
-}
-
 /// Where a search goes whose step left the bracket: to the line's own end, if that has not been seen, else half way.
 double beyond_bracket(const IdealLine& line, double low, double high, double next) {
   if (next >= high && high == line.half_length) return high;
@@ -133,7 +123,7 @@ Vec2 unit_normal(const Candidate& at) {
 
 bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, double tolerance_px, LineFoot* foot) {
   Candidate best;
-  double s = starting_parameter(camera, ideal, pixel);
+  double s = ideal.direction.dot(roughly_undistorted(camera, pixel));
   if (!search_foot(camera, ideal, pixel(0), pixel(1), tolerance_px, &s, &best)) return false;
   *foot = {Vec2(best.x, best.y), pixel + Vec2(best.offset_u, best.offset_v), unit_normal(best)};
   return true;
@@ -191,7 +181,7 @@ bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine
                    LineResidual* out) {
   Candidate best;
   const bool cold = *foot == kNoFoot;
-  double s = cold ? starting_parameter(camera, ideal, pixel) : static_cast<double>(*foot);
+  double s = cold ? ideal.direction.dot(roughly_undistorted(camera, pixel)) : static_cast<double>(*foot);
   if (!search_foot(camera, ideal, pixel(0), pixel(1), cold ? kFootTolerancePx : kWarmTolerancePx, &s, &best))
     return false;
   *foot = static_cast<float>(s);

@@ -74,15 +74,17 @@ Status MonoSolver::take_start(const MonoStart& start) {
   Camera camera = start.camera;
   camera.width = data_.width;
   camera.height = data_.height;
-  begin_refinement(camera);
+  begin_refinement(camera, classify());
   return Status::ok;
 }
 
-void MonoSolver::begin_refinement(const Camera& camera) {
+ViewGeometry MonoSolver::classify() const {
+  return classify_views(data_, workspace_.guess.views, workspace_.guess.moments, workspace_.guess.lines);
+}
+
+void MonoSolver::begin_refinement(const Camera& camera, ViewGeometry geometry) {
   views_used_ = 0;
   for (const RefineView& view : workspace_.guess.views) views_used_ += view.used ? 1 : 0;
-  const ViewGeometry geometry =
-      classify_views(data_, workspace_.guess.views, workspace_.guess.moments, workspace_.guess.lines);
   policy_ = choose_policy(data_.width, data_.height, geometry, views_used_, options_.policy);
   RefineOptions refine = options_.refine;
   refine.loss = Loss::squared;
@@ -119,7 +121,7 @@ Status MonoSolver::step_refinement() {
     return Status::in_progress;
   if (phase_ == Phase::refine_robust && !has_edges() && sortings_ > 0 && sortings_ < kMaxSortings && sort_lines()) {
     ++sortings_;
-    begin_refinement(refiner_.camera());
+    begin_refinement(refiner_.camera(), classify());
     return Status::in_progress;
   }
   if (phase_ == Phase::refine) {
@@ -133,6 +135,7 @@ Status MonoSolver::step_refinement() {
     refiner_.set_loss(options_.loss, options_.loss_width * scale, has_edges() ? 1.0 : scale);
     return Status::in_progress;
   }
+  refiner_.make_last_step();
   return conclude(Status::ok);
 }
 
@@ -140,7 +143,7 @@ Status MonoSolver::step_refinement() {
 double MonoSolver::fitted_spread() {
   std::size_t count = 0;
   for (std::size_t v = 0; v < data_.views.size(); ++v) {
-    if (workspace_.guess.views[v].used) count += points_in_use(data_.views[v]);
+    if (workspace_.guess.views[v].used) count += count_points(data_, data_.views[v]);
   }
   const auto num_free = std::count(policy_.free, policy_.free + kNumIntrinsics, true);
   const double unknowns = 6.0 * static_cast<double>(views_used_) + static_cast<double>(num_free);
@@ -148,12 +151,6 @@ double MonoSolver::fitted_spread() {
   if (dof < kMinScaleDof) return 1.0;
   // A fit makes its residuals smaller.
   return std::sqrt(static_cast<double>(count) / dof) * spread_of(workspace_.residuals);
-}
-
-std::size_t MonoSolver::points_in_use(const View& view) const {
-  std::size_t count = 0;
-  for (std::size_t i = view.first; i < view.first + view.count; ++i) count += is_left_out(data_, i) ? 0 : 1;
-  return count;
 }
 
 /// The median absolute value, scaled to a Gaussian's sigma, over the points in use.
@@ -254,7 +251,7 @@ void MonoSolver::summarise_views(CalibrationResult* result) {
     out.used = view.used;
     if (!view.used) continue;
     out.T_cam_world = view.pose;
-    out.rms_px = std::sqrt(squared_distances(span) / std::max(1.0, static_cast<double>(points_in_use(span))));
+    out.rms_px = std::sqrt(squared_distances(span) / std::max(1.0, static_cast<double>(count_points(data_, span))));
     const std::size_t lines = summarise_lines(span, free);
     out.residuals = free.first(lines);
     free = free.subspan(lines, free.size() - lines);

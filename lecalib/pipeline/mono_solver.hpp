@@ -146,7 +146,8 @@ class MonoSolver {
   Status search(Status attempt);
   void begin_guess();
   Status step_guess();
-  void begin_refinement(const Camera& camera);
+  void begin_refinement(const Camera& camera, ViewGeometry geometry);
+  [[nodiscard]] ViewGeometry classify() const;
   Status step_refinement();
   Status begin_ransac();
   Status step_ransac();
@@ -164,7 +165,6 @@ class MonoSolver {
   bool sort_view(std::size_t index, Span<const float> sizes);
   double fitted_spread();
   double spread_of(Span<const float> residuals);
-  [[nodiscard]] std::size_t points_in_use(const View& view) const;
   Status conclude(Status status);
   Status judge(Status status, CalibrationResult* result);
   void summarise(CalibrationResult* result);

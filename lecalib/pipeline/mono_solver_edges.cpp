@@ -56,7 +56,7 @@ Status MonoSolver::sort_edges() {
   if (!changed && sortings_ > 0) return Status::ok;
   ++sortings_;
   offset_rounds_ = 0;
-  begin_refinement(refiner_.camera());
+  begin_refinement(refiner_.camera(), classify());
   return Status::in_progress;
 }
 

@@ -49,7 +49,7 @@ void MonoSolver::begin_guess() {
 Status MonoSolver::step_guess() {
   const Status status = guess_.step();
   if (status != Status::ok) return status;
-  begin_refinement(guess_.camera());
+  begin_refinement(guess_.camera(), guess_.geometry());
   return Status::in_progress;
 }
 

@@ -59,4 +59,10 @@ Status validate(const CalibrationData& data) {
   return Status::ok;
 }
 
+std::size_t count_points(const CalibrationData& data, const View& view) {
+  std::size_t count = 0;
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) count += is_left_out(data, i) ? 0 : 1;
+  return count;
+}
+
 }  // namespace lecalib

@@ -58,6 +58,9 @@ inline bool is_left_out(const CalibrationData& data, std::size_t point) {
   return !data.left_out.empty() && data.left_out[point] != 0;
 }
 
+/// Points of a view that are in use.
+std::size_t count_points(const CalibrationData& data, const View& view);
+
 /// Pixel centres are at integers, so the centre of the image is at (width - 1) / 2.
 inline double centre_x(const CalibrationData& data) { return 0.5 * (data.width - 1); }
 inline double centre_y(const CalibrationData& data) { return 0.5 * (data.height - 1); }

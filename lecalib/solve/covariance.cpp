@@ -17,13 +17,27 @@ using RowMat9 = Eigen::Matrix<double, 9, 9, Eigen::RowMajor>;
 /// With fewer degrees of freedom than this small residuals prove nothing, and the given sigmas are not narrowed.
 constexpr double kMinScaleDof = 10.0;
 
+/// Of a symmetric positive definite matrix with diagonal elements of about one size, to some percent: where other
+/// eigenvalues are so near that the power iteration has not parted them, it makes little difference which one it is.
+double largest_eigenvalue(const Mat9& a) {
+  constexpr int kIterations = 8;
+  Eigen::Index column = 0;
+  a.colwise().squaredNorm().maxCoeff(&column);
+  Vec9 v = a.col(column);
+  double size = v.norm();
+  for (int i = 0; i < kIterations; ++i) {
+    v = a.lazyProduct(Vec9(v / size));
+    size = v.norm();
+  }
+  return size;
+}
+
 /// Largest over smallest eigenvalue with a unit diagonal: held parameters (identity rows) count as 1 and do not matter.
-double condition_of(const Mat9& information) {
-  const Vec9 scale = information.diagonal().cwiseSqrt().cwiseInverse();
-  const Mat9 scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  Vec9 values;
-  jacobi_eigen<double, 9>(scaled, &values, nullptr);
-  return values(0) > 0.0 ? values(8) / values(0) : 1e300;
+double condition_of(const Mat9& information, const Mat9& inverse) {
+  const Vec9 scale = information.diagonal().cwiseSqrt();
+  const Vec9 unscale = scale.cwiseInverse();
+  return largest_eigenvalue(unscale.asDiagonal() * information * unscale.asDiagonal()) *
+         largest_eigenvalue(scale.asDiagonal() * inverse * scale.asDiagonal());
 }
 
 /// The first intrinsic whose information vanishes given those before it.
@@ -84,6 +98,7 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
     return Status::degenerate_geometry;
   }
   Mat9 covariance = factor.solve(Mat9(Mat9::Identity()));
+  const double condition = condition_of(system.matrix, covariance);
   hold(policy, &covariance);
   const double poses = 6.0 * static_cast<double>(num_views_used);
   const double unknowns =
@@ -122,7 +137,7 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
     result->sigma[i] = sigma;
   }
   Eigen::Map<RowMat9>(result->covariance) = covariance;
-  result->condition = condition_of(system.matrix);
+  result->condition = condition;
   return Status::ok;
 }
 

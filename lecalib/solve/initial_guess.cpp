@@ -39,6 +39,29 @@ Mat3 centred(const Mat3& H, const Straightening& s) {
   return G;
 }
 
+/// Whether two focal lengths lead to the same end.
+bool is_near(double a, double b) { return a < kSameStart * b && b < kSameStart * a; }
+
+bool is_same_camera(const StartCandidate& a, const StartCandidate& b) {
+  return a.fx == b.fx && a.fy == b.fy && a.straightening == b.straightening;
+}
+
+/// Whether planes are seen under several orientations, from their normals in the camera frame.
+class Orientations {
+ public:
+  void add(const Vec3& normal) {
+    if (!has_first_) first_ = normal;
+    has_first_ = true;
+    if (std::abs(normal.dot(first_)) < kSameOrientationCos) several_ = true;
+  }
+  [[nodiscard]] ViewGeometry geometry() const { return several_ ? ViewGeometry::planes : ViewGeometry::one_plane_pose; }
+
+ private:
+  Vec3 first_ = Vec3::Zero();
+  bool has_first_ = false;
+  bool several_ = false;
+};
+
 /// The pose of a view for a known camera from its linear solution; adds its points to *sum, which may be null.
 bool pose_view(const CalibrationData& data, const View& view, const LinearView& linear, const Camera& camera,
                Pose* pose, Visibility* sum) {
@@ -96,6 +119,7 @@ Status InitialGuess::step() {
     next_view_ += searching ? stride_ : 1;
     return Status::in_progress;
   }
+  if (!searching || stride_ == 1) solved_ = straightening_;
   if (!searching) return settle();
   try_straightening();
   return next_straightening();
@@ -128,6 +152,7 @@ Status InitialGuess::next_straightening() {
 
 void InitialGuess::begin_straightening(int index) {
   straightening_ = index;
+  solved_ = kNone;
   next_view_ = 0;
   focal_matrix_.setZero();
   focal_vector_.setZero();
@@ -147,7 +172,8 @@ bool InitialGuess::begin_next_candidate() {
   }
   if (candidates_taken_ >= num_candidates_) return false;
   straightening_ = candidates_[candidates_taken_++].straightening;
-  next_view_ = 0;
+  next_view_ = solved_ == straightening_ ? data_.views.size() : 0;
+  if (solved_ != straightening_) solved_ = kNone;
   return true;
 }
 
@@ -156,10 +182,12 @@ Status InitialGuess::settle() {
   const StartCandidate& candidate = candidates_[candidates_taken_ - 1];
   camera_ = camera_for(candidate.fx, candidate.fy);
   rms_px_ = candidate.rms_px;
+  const bool posed = is_same_camera(candidate, posed_);
+  posed_ = candidate;
   bool any = false;
   for (std::size_t v = 0; v < data_.views.size(); ++v) {
     RefineView& view = workspace_.views[v];
-    view.used = pose_view(data_, data_.views[v], workspace_.linear[v], camera_, &view.pose, nullptr);
+    if (!posed) view.used = pose_view(data_, data_.views[v], workspace_.linear[v], camera_, &view.pose, nullptr);
     any = any || view.used;
   }
   return any ? Status::ok : Status::degenerate_geometry;
@@ -167,11 +195,10 @@ Status InitialGuess::settle() {
 
 /// Keeps one candidate per focal length, roughly, and the best of these.
 void InitialGuess::keep_candidate(const StartCandidate& candidate) {
-  if (candidate.straightening == 0 && candidate.fx == tried_.fx && candidate.fy == tried_.fy) return;
+  if (is_same_camera(candidate, tried_)) return;
   StartCandidate* place = nullptr;
   for (std::size_t i = 0; i < num_candidates_; ++i) {
-    const double ratio = candidates_[i].fx / candidate.fx;
-    if (ratio < kSameStart && ratio * kSameStart > 1.0) place = &candidates_[i];
+    if (is_near(candidates_[i].fx, candidate.fx)) place = &candidates_[i];
   }
   if (place == nullptr && num_candidates_ < kMaxStartCandidates) {
     candidates_[num_candidates_++] = candidate;
@@ -209,11 +236,7 @@ void InitialGuess::solve_view(std::size_t index) {
     Mat34 M;
     if (!solve_line_dlt(data_.model, lines, &M)) return;
     Eigen::Map<Mat34>(view.projection) = M;
-    Decomposition parts;
-    if (decompose_projection(M, straight.centre_x, straight.centre_y, &parts)) {
-      view.fx = parts.fx;
-      view.fy = parts.fy;
-    }
+    find_focal_lengths(M, straight.centre_x, straight.centre_y, &view.fx, &view.fy);
   }
   view.shape = frame.shape;
 }
@@ -243,12 +266,17 @@ void InitialGuess::try_spatial_focal_lengths() {
   if (fx > 0.0 && fy > 0.0) try_camera(fx, fy);
 }
 
+/// One focal length for both axes, as pixels are square, and one each where these differ by so much that they lead to
+/// another end.
 void InitialGuess::try_planar_focal_lengths() {
   const double scale = straightening().half_diagonal;
+  double f = 0.0;
   double fx = 0.0;
   double fy = 0.0;
-  if (solve_focal_lengths(focal_matrix_, focal_vector_, &fx, &fy)) try_camera(scale * fx, scale * fy);
-  if (solve_focal_length(focal_matrix_, focal_vector_, &fx)) try_camera(scale * fx, scale * fx);
+  const bool shared = solve_focal_length(focal_matrix_, focal_vector_, &f);
+  if (shared) try_camera(scale * f, scale * f);
+  if (!solve_focal_lengths(focal_matrix_, focal_vector_, &fx, &fy)) return;
+  if (!(shared && is_near(fx, f) && is_near(fy, f))) try_camera(scale * fx, scale * fy);
 }
 
 void InitialGuess::sweep_focal_lengths() {
@@ -282,31 +310,40 @@ void InitialGuess::try_camera(double fx, double fy) {
   const Camera camera = camera_for(fx, fy);
   Visibility sum;
   for (std::size_t v = 0; v < data_.views.size(); v += stride_) {
-    Pose pose;
-    pose_view(data_, data_.views[v], workspace_.linear[v], camera, &pose, &sum);
+    RefineView& view = workspace_.views[v];
+    view.used = pose_view(data_, data_.views[v], workspace_.linear[v], camera, &view.pose, &sum);
   }
+  posed_ = {};
   if (sum.points == 0) return;
-  keep_candidate({fx, fy, std::sqrt(sum.cost / static_cast<double>(sum.points)), straightening_});
+  const StartCandidate candidate{fx, fy, std::sqrt(sum.cost / static_cast<double>(sum.points)), straightening_};
+  if (stride_ == 1) posed_ = candidate;
+  keep_candidate(candidate);
+}
+
+ViewGeometry InitialGuess::geometry() const {
+  Orientations orientations;
+  for (std::size_t v = 0; v < data_.views.size(); ++v) {
+    const LinearView& linear = workspace_.linear[v];
+    if (!workspace_.views[v].used) continue;
+    if (linear.shape == ModelShape::non_planar) return ViewGeometry::spatial;
+    orientations.add(rotation_of(workspace_.views[v].pose) * Eigen::Map<const Mat3>(linear.axes).row(2).transpose());
+  }
+  return orientations.geometry();
 }
 
 ViewGeometry classify_views(const CalibrationData& data, Span<const RefineView> views, Span<LineMoments> moments,
                             Span<ViewLine> lines) {
   const Straightening none{centre_x(data), centre_y(data), 1.0, 0.0};
-  bool has_first = false;
-  bool turned = false;
-  Vec3 first = Vec3::Zero();
+  Orientations orientations;
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (!views[v].used) continue;
     std::size_t count = 0;
     fit_view_lines(data, data.views[v], none, moments, lines, &count);
     const ModelFrame frame = find_model_frame(data.model, Span<const ViewLine>(lines).first(count));
     if (frame.shape == ModelShape::non_planar) return ViewGeometry::spatial;
-    const Vec3 normal = rotation_of(views[v].pose) * frame.axes.row(2).transpose();
-    if (!has_first) first = normal;
-    has_first = true;
-    if (std::abs(normal.dot(first)) < kSameOrientationCos) turned = true;
+    orientations.add(rotation_of(views[v].pose) * frame.axes.row(2).transpose());
   }
-  return turned ? ViewGeometry::planes : ViewGeometry::one_plane_pose;
+  return orientations.geometry();
 }
 
 }  // namespace lecalib

@@ -55,7 +55,7 @@ struct InitialGuessWorkspace {
   Span<ViewLine> lines;        ///< one per model line
   Span<LinearView> linear;     ///< one per view
   Span<double> focal_lengths;  ///< one per view
-  Span<RefineView> views;      ///< one per view; result: pose and used
+  Span<RefineView> views;      ///< one per view; result: pose and used, scratch while the search goes on
 };
 
 class InitialGuess {
@@ -75,10 +75,14 @@ class InitialGuess {
   bool begin_next_candidate();
 
   [[nodiscard]] const Camera& camera() const { return camera_; }
+  /// How much the views of the start tell about the principal point; as classify_views(), at less cost.
+  [[nodiscard]] ViewGeometry geometry() const;
   /// Of the search's views, each distance capped at 100 px.
   [[nodiscard]] double rms_px() const { return rms_px_; }
 
  private:
+  static constexpr int kNone = -1;
+
   [[nodiscard]] Straightening straightening() const;
   [[nodiscard]] Camera camera_for(double fx, double fy) const;
   void solve_view(std::size_t index);
@@ -105,6 +109,8 @@ class InitialGuess {
   std::size_t most_planar_lines_ = 0;  // of any view
   std::size_t most_spatial_lines_ = 0;
   int straightening_ = 0;
+  int solved_ = kNone;         // the straightening that all views' linear solutions are of
+  StartCandidate posed_ = {};  // the camera that all views' poses are of, rms_px left aside
   StartCandidate candidates_[kMaxStartCandidates] = {};
   std::size_t num_candidates_ = 0;
   std::size_t candidates_taken_ = 0;  // 0 while the search goes on

@@ -36,13 +36,16 @@ struct Reach {
   double radius = 0.0;  // 0: unbounded
 };
 
+bool is_inside(const ModelLine& line, const Reach& reach) {
+  const double radius2 = reach.radius * reach.radius;
+  return (start_of(line) - reach.centre).squaredNorm() <= radius2 &&
+         (end_of(line) - reach.centre).squaredNorm() <= radius2;
+}
+
 /// Two points of a model line inside a ball, or the nearest to it.
 ModelLine within(const ModelLine& line, const Reach& reach) {
-  if (!(reach.radius > 0.0)) return line;
+  if (!(reach.radius > 0.0) || is_inside(line, reach)) return line;
   const Vec3 p = start_of(line);
-  const double radius2 = reach.radius * reach.radius;
-  if ((p - reach.centre).squaredNorm() <= radius2 && (end_of(line) - reach.centre).squaredNorm() <= radius2)
-    return line;
   const Vec3 d = end_of(line) - p;
   const double foot = d.dot(reach.centre - p) / d.squaredNorm();
   const double aside2 = (p + foot * d - reach.centre).squaredNorm();
@@ -59,7 +62,7 @@ ModelLine within(const ModelLine& line, const Reach& reach) {
   return {{a(0), a(1), a(2)}, {b(0), b(1), b(2)}};
 }
 
-/// Shrinks a ball about all lines until it no longer hangs on a few far ends.
+/// Shrinks a ball about all lines until it no longer hangs on a few far ends. Unbounded where it holds them all.
 Reach find_reach(Span<const ModelLine> model, Span<const ViewLine> lines) {
   Reach reach;
   double previous = 0.0;
@@ -78,6 +81,8 @@ Reach find_reach(Span<const ModelLine> model, Span<const ViewLine> lines) {
     reach.centre += sum / n;
     reach.radius = kReach * spread;
   }
+  const auto inside = [&](const ViewLine& line) { return is_inside(model[line.model_line], reach); };
+  if (std::all_of(lines.begin(), lines.end(), inside)) reach.radius = 0.0;
   return reach;
 }
 
@@ -196,18 +201,23 @@ bool decompose_projection(const Mat34& M, Decomposition* out) {
   return true;
 }
 
+bool find_focal_lengths(const Mat34& M, double cx, double cy, double* fx, double* fy) {
+  const Mat3 A = M.leftCols<3>();
+  const double scale = A.row(2).norm();
+  const double x = (A.row(0) - cx * A.row(2)).norm() / scale;
+  const double y = (A.row(1) - cy * A.row(2)).norm() / scale;
+  if (!(x > 0.0 && y > 0.0) || !std::isfinite(x + y)) return false;
+  *fx = x;
+  *fy = y;
+  return true;
+}
+
 bool decompose_projection(const Mat34& M, double cx, double cy, Decomposition* out) {
-  Mat34 P;
-  if (!make_proper(M, &P)) return false;
-  P.row(0) -= cx * P.row(2);
-  P.row(1) -= cy * P.row(2);
-  const double k33 = P.row(2).head<3>().norm();
   Camera camera;
-  camera.fx = P.row(0).head<3>().norm() / k33;
-  camera.fy = P.row(1).head<3>().norm() / k33;
-  if (!(camera.fx > 0.0 && camera.fy > 0.0) || !std::isfinite(camera.fx + camera.fy)) return false;
+  camera.cx = cx;
+  camera.cy = cy;
   Pose pose;
-  if (!pose_from_projection(P, camera, &pose)) return false;  // P is centred: cx = cy = 0 there
+  if (!find_focal_lengths(M, cx, cy, &camera.fx, &camera.fy) || !pose_from_projection(M, camera, &pose)) return false;
   *out = {camera.fx, camera.fy, cx, cy, rotation_of(pose), translation_of(pose)};
   return true;
 }

@@ -56,8 +56,11 @@ struct Decomposition {
 /// @return false, *out unchanged, for a singular left 3 x 3 part
 bool decompose_projection(const Mat34& M, Decomposition* out);
 
-/// As above with known principal point: the focal lengths from the row norms of the centred matrix, R the rotation
-/// nearest.
+/// The focal lengths with known principal point, from the row norms of the centred matrix.
+/// @return false, outputs unchanged, where they are not positive and finite
+bool find_focal_lengths(const Mat34& M, double cx, double cy, double* fx, double* fy);
+
+/// As above with known principal point: these focal lengths, R the rotation nearest.
 bool decompose_projection(const Mat34& M, double cx, double cy, Decomposition* out);
 
 /// Pose for a known camera (distortion left aside), R the rotation nearest to inverse(K) M.

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lecalib/math/line_projection.hpp"
-#include "lecalib/math/so3.hpp"
 #include "lecalib/math/trigonometry.hpp"
 #include "lecalib/solve/visibility.hpp"
 
@@ -56,19 +54,21 @@ Status check_plausibility(const CalibrationData& data, Span<const RefineView> vi
     result->parameter = implausible;
     return Status::implausible_result;
   }
-  Visibility sum;
+  std::size_t seen = 0;
+  std::size_t in_front = 0;
   std::size_t inside = 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (!views[v].used) continue;
-    add_visibility(data, data.views[v], result->camera, views[v].pose, data.width, &sum);
+    seen += count_points(data, data.views[v]);
+    in_front += count_in_front(data, data.views[v], result->camera, views[v].pose);
     inside += count_inside(data, data.views[v], result->camera);
   }
-  const auto points = static_cast<double>(sum.points);
+  const auto points = static_cast<double>(seen);
   if (!(static_cast<double>(inside) >= options.min_inside * points)) {
     result->parameter = kK1;
     return Status::implausible_result;
   }
-  if (!(static_cast<double>(sum.in_front) >= options.min_visible * points)) return Status::implausible_result;
+  if (!(static_cast<double>(in_front) >= options.min_visible * points)) return Status::implausible_result;
   const bool fits = result->rms_px <= options.max_rms_share * data.width &&
                     (options.max_chi2_per_dof <= 0.0 || result->chi2_per_dof <= options.max_chi2_per_dof);
   return fits ? Status::ok : Status::implausible_result;

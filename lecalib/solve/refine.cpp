@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "lecalib/math/cholesky.hpp"
 #include "lecalib/math/gram.hpp"
@@ -27,6 +28,10 @@ constexpr double kMaxDamping = 1e10;
 /// Below it a step is nearly Gauss-Newton's, so that a small predicted decrease means convergence and not mere caution.
 constexpr double kTrustedDamping = 1e-2;
 constexpr double kMinDamping = 1e-15;
+/// Of the damping after a rejected step; and before any step is accepted, when nothing tells yet where between the
+/// weakest direction's share of 1e-10 and 1 it has to be.
+constexpr double kDampingGrowth = 2.0;
+constexpr double kFirstDampingGrowth = 10.0;
 
 }  // namespace
 
@@ -63,6 +68,7 @@ void Refiner::init(const CalibrationData& data, const ParameterPolicy& policy, c
   }
   pair_views();
   set_loss(options.loss, options.loss_width, 1.0);
+  damping_growth_ = kFirstDampingGrowth;
 }
 
 void Refiner::set_loss(Loss loss, double width, double sigma_scale) {
@@ -72,7 +78,7 @@ void Refiner::set_loss(Loss loss, double width, double sigma_scale) {
   options_.loss_width = width;
   prior_weight_ = sigma_scale * sigma_scale;
   damping_ = std::min(damping_, kInitialDamping);
-  damping_growth_ = 2.0;
+  damping_growth_ = kDampingGrowth;
   linearised_ = same;
   if (same) add_priors();
   reason_ = StopReason::none;
@@ -93,8 +99,9 @@ bool Refiner::all_within(Loss loss, double width) const {
 
 /// Normal equations and residuals of one view. A row of the sum holds the derivatives by the pose, those by the first
 /// A intrinsics, which are all that are free, and the residual.
+/// @return false where the cost has passed `most_cost`: nobody wants the rest then
 template <int A>
-void Refiner::linearise_view(std::size_t index, double knee) {
+bool Refiner::linearise_view(std::size_t index, double knee, double most_cost) {
   constexpr int kResidual = 6 + A;
   const View& span = data_.views[index];
   RefineView& view = views_[index];
@@ -130,6 +137,7 @@ void Refiner::linearise_view(std::size_t index, double knee) {
     residuals_[i] = static_cast<float>(r);
     if (!counts) continue;
     data_cost_ += loss.rho;
+    if (data_cost_ > most_cost) return false;
     const double gain = loss.weight == 1.0 ? inverse_sigma : std::sqrt(loss.weight) * inverse_sigma;
     double row[sum.kSize] = {};
     for (int j = 0; j < 6; ++j) row[j] = gain * residual.d_pose(j);
@@ -150,6 +158,7 @@ void Refiner::linearise_view(std::size_t index, double knee) {
     data_gradient_(j) -= sum(6 + j, kResidual);
     for (int i = j; i < A; ++i) data_block_(i, j) += sum(6 + j, 6 + i);
   }
+  return true;
 }
 
 /// Of the prior on one intrinsic by itself; 0 where there is none.
@@ -199,8 +208,9 @@ void Refiner::add_priors() {
   }
 }
 
-/// Cost, residuals and normal equations of the current state. False where they are not finite.
-bool Refiner::linearise() {
+/// Cost, residuals and normal equations of the current state.
+/// @return false where they are not finite, or the cost is above `most_cost`; they may then be in part only
+bool Refiner::linearise(double most_cost) {
   data_block_.setZero();
   data_gradient_.setZero();
   data_cost_ = 0.0;
@@ -209,11 +219,8 @@ bool Refiner::linearise() {
   const bool few = num_free_ == 0 || free_[num_free_ - 1] < 6;
   for (std::size_t v = 0; v < views_.size(); ++v) {
     if (!views_[v].used) continue;
-    if (few) {
-      linearise_view<6>(v, knee);
-    } else {
-      linearise_view<9>(v, knee);
-    }
+    const bool all = few ? linearise_view<6>(v, knee, most_cost) : linearise_view<9>(v, knee, most_cost);
+    if (!all) return false;
   }
   add_priors();
   return std::isfinite(cost_) && camera_.fx > 0.0 && camera_.fy > 0.0;
@@ -317,12 +324,16 @@ double Refiner::apply(const Vec9& delta, double* largest_relative_step) {
 
 void Refiner::restore(const Camera& camera) {
   camera_ = camera;
-  for (RefineView& view : views_) view.pose = view.previous;
+  for (RefineView& view : views_) std::swap(view.pose, view.previous);
 }
 
 Status Refiner::finish(StopReason reason, Status status) {
   reason_ = reason;
   return status;
+}
+
+void Refiner::make_last_step() {
+  if (reason_ == StopReason::small_decrease) restore(next_camera_);
 }
 
 Status Refiner::step() {
@@ -331,7 +342,6 @@ Status Refiner::step() {
     linearised_ = true;
   }
   if (iterations_ >= options_.max_iterations) return finish(StopReason::iteration_limit, Status::not_converged);
-  ++iterations_;
   Vec9 delta;
   while (!solve_damped(&delta)) {
     damping_ = std::max(10.0 * damping_, 1e-8);
@@ -341,17 +351,20 @@ Status Refiner::step() {
   const Camera camera_before = camera_;
   double relative_step = 0.0;
   const double predicted = apply(delta, &relative_step);
-  const bool finite = linearise();
-  const double decrease = cost_before - cost_;
+  if (damping_ < kTrustedDamping && predicted <= options_.decrease_tolerance * cost_before) {
+    next_camera_ = camera_;
+    restore(camera_before);
+    return finish(StopReason::small_decrease, Status::ok);
+  }
+  ++iterations_;
+  const bool better = linearise(cost_before) && cost_ <= cost_before;
   const bool tiny_step = relative_step <= options_.step_tolerance;
-  if (finite && decrease >= 0.0) {
+  if (better) {
+    const double decrease = cost_before - cost_;
     const double share = 2.0 * decrease / std::max(predicted, 1e-300) - 1.0;
     damping_ = std::max(damping_ * std::max(1.0 / 10.0, 1.0 - share * share * share), kMinDamping);
-    damping_growth_ = 2.0;
-    if (tiny_step) return finish(StopReason::small_step, Status::ok);
-    if (damping_ < kTrustedDamping && predicted <= options_.decrease_tolerance * cost_before)
-      return finish(StopReason::small_decrease, Status::ok);
-    return Status::in_progress;
+    damping_growth_ = kDampingGrowth;
+    return tiny_step ? finish(StopReason::small_step, Status::ok) : Status::in_progress;
   }
   restore(camera_before);
   linearise();

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "lecalib/core/records.hpp"
 #include "lecalib/core/span.hpp"
@@ -23,7 +24,7 @@ using Mat69 = Eigen::Matrix<double, 6, 9>;
 /// Why a refinement stopped. Values are stable.
 enum class StopReason : std::uint8_t {
   none = 0,            ///< not stopped yet
-  small_decrease = 1,  ///< cost - predicted cost <= decrease_tolerance * cost
+  small_decrease = 1,  ///< cost - predicted cost <= decrease_tolerance * cost of the next step, which is not made
   small_step = 2,      ///< every parameter's step <= step_tolerance times its own scale
   no_descent = 3,      ///< damping reached its limit: the cost cannot be lowered further in floating point
   iteration_limit = 4,
@@ -35,7 +36,7 @@ struct RefineOptions {
   Loss loss = Loss::squared;
   double loss_width = 3.0;           ///< sigmas; where the loss leaves the square
   int max_iterations = 100;          ///< steps tried, accepted or not; > 0
-  double decrease_tolerance = 1e-6;  ///< relative; of 50 points' cost this is some 0.007 sigma, in the step just made
+  double decrease_tolerance = 1e-6;  ///< relative; of 50 points' cost this is some 0.007 sigma, in the step left out
   double step_tolerance = 1e-11;     ///< relative
 };
 
@@ -43,7 +44,7 @@ struct RefineOptions {
 /// one other view's, so time and memory are linear in the number of views.
 struct RefineView {
   Pose pose;
-  Pose previous;            ///< where a rejected step returns to
+  Pose previous;            ///< the other end of the last step: where a rejected one returns to
   double pose_block[36];    ///< J_pose' W J_pose, 6 x 6, lower triangle valid
   double cross_block[54];   ///< J_pose' W J_intrinsics, 6 x 9, column-major
   double pose_gradient[6];  ///< -J_pose' W r
@@ -90,6 +91,10 @@ class Refiner {
   /// @return in_progress | ok (converged) | not_converged (iteration limit) | numerical_failure (the start has no
   /// finite cost, or the equations stay singular)
   Status step();
+
+  /// Makes the step that step() has found too small to be worth new equations, where it stopped for that. Residuals,
+  /// cost and equations stay those of the state before, which is as near as the step is small.
+  void make_last_step();
 
   /// Changes the loss and goes on from the current state; step() may be called again after it has returned ok.
   /// @param sigma_scale true over given sigma of the points, as far as known: priors are in true units, so they count
@@ -155,9 +160,9 @@ class Refiner {
   [[nodiscard]] std::size_t points_lost() const { return points_lost_; }
 
  private:
-  bool linearise();
+  bool linearise(double most_cost = std::numeric_limits<double>::max());
   template <int A>
-  void linearise_view(std::size_t index, double knee);
+  bool linearise_view(std::size_t index, double knee, double most_cost);
   void add_priors();
   [[nodiscard]] bool all_within(Loss loss, double width) const;
   [[nodiscard]] double prior_precision(std::size_t i) const;
@@ -190,6 +195,7 @@ class Refiner {
   Span<float> residuals_;
   Span<float> feet_;
   Camera camera_;
+  Camera next_camera_;  // of the step left out
   Eigen::Matrix<double, 9, 9> data_block_ = Eigen::Matrix<double, 9, 9>::Zero();
   Vec9 data_gradient_ = Vec9::Zero();
   Eigen::Matrix<double, 9, 9> intrinsic_block_ = Eigen::Matrix<double, 9, 9>::Zero();

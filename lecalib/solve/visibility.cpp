@@ -51,6 +51,24 @@ void add_visibility(const CalibrationData& data, const View& view, const Camera&
   }
 }
 
+std::size_t count_in_front(const CalibrationData& data, const View& view, const Camera& camera, const Pose& pose) {
+  const Mat3 R = rotation_of(pose);
+  const Vec3 t = translation_of(pose);
+  std::size_t count = 0;
+  std::uint32_t held_line = 0xFFFFFFFFU;
+  CameraLine line{};
+  for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+    if (is_left_out(data, i)) continue;
+    const LinePoint& point = data.points[i];
+    if (point.line != held_line) {
+      held_line = point.line;
+      line = line_in_camera(R, t, data.model[held_line]);
+    }
+    if (is_in_front(line, roughly_undistorted(camera, Vec2(point.u_px, point.v_px)))) ++count;
+  }
+  return count;
+}
+
 std::size_t count_inside(const CalibrationData& data, const View& view, const Camera& camera) {
   std::size_t count = 0;
   const double radius_limit = valid_radius(camera);

@@ -20,6 +20,10 @@ struct Visibility {
 void add_visibility(const CalibrationData& data, const View& view, const Camera& camera, const Pose& pose,
                     double cap_px, Visibility* sum);
 
+/// Points of a view that are seen at positive depth: where its pixel's ray, roughly un-distorted, comes nearest to the
+/// model line. A line's depth changes sign at its vanishing point only.
+std::size_t count_in_front(const CalibrationData& data, const View& view, const Camera& camera, const Pose& pose);
+
 /// Points of a view whose pixel is the image of an ideal point inside the camera's valid radius.
 std::size_t count_inside(const CalibrationData& data, const View& view, const Camera& camera);
 
