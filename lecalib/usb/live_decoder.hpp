@@ -37,8 +37,8 @@ class LiveDecoder {
   /// Takes the stream's next buffer, once next() has given all of the last one. @param waiting buffers behind it
   void take(const BufferRing::Buffer& buffer, std::size_t waiting);
 
-  /// @param[out] events valid until the next call; empty: take() a further buffer @return as
-  /// EventStreamDecoder::decode()
+  /// @param[out] events valid until the next call; empty: take() a further buffer
+  /// @return as EventStreamDecoder::decode()
   Status next(Span<const Event>* events);
 
   /// Whether events are missing between those of the last next() and those before.

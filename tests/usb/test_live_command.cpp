@@ -104,9 +104,9 @@ TEST_CASE("lecalib live: a camera that is much too fast is followed, in steady m
     double early_mib = 0, late_mib = 0;
     box.bench.meanwhile = [&](pid_t pid) {
       const double sent = box.events_sent();
-      if (sent > 30e6 && sent < 60e6) early_mib = std::max(early_mib, resident_mib(pid));
-      if (sent > 60e6) late_mib = std::max(late_mib, resident_mib(pid));
-      if (sent > 120e6 && asked == Clock::time_point() && ::kill(pid, SIGINT) == 0) asked = Clock::now();
+      if (sent > 20e6 && sent < 40e6) early_mib = std::max(early_mib, resident_mib(pid));
+      if (sent > 40e6) late_mib = std::max(late_mib, resident_mib(pid));
+      if (sent > 80e6 && asked == Clock::time_point() && ::kill(pid, SIGINT) == 0) asked = Clock::now();
     };
     const CommandRun run = box.live({});
     const double ending_s = std::chrono::duration<double>(Clock::now() - asked).count();
