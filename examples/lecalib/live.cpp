@@ -21,13 +21,10 @@ struct Options {
   CameraOptions camera;
 };
 
-/// Half of the ring: room for what comes while a window is worked on, and what waits at the end is soon worked on.
-constexpr std::size_t kMostWaiting = usb::StreamBufferOptions().places / 2;
-
 /// Events of a camera that streams.
 class CameraSource : public EventSource {
  public:
-  explicit CameraSource(const CameraOptions& options) : stream_(options), decoder_(kMostWaiting) { begin(); }
+  explicit CameraSource(const CameraOptions& options) : stream_(options) { begin(); }
 
   [[nodiscard]] SensorSize sensor() const override { return stream_.camera().sensor(); }
   Span<const Event> read() override;

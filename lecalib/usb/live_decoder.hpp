@@ -7,9 +7,13 @@
 #include <vector>
 
 #include "lecalib/events/event_stream.hpp"
-#include "lecalib/usb/buffer_ring.hpp"
+#include "lecalib/usb/stream_buffer.hpp"
 
 namespace lecalib::usb {
+
+/// Of a usual ring a quarter: the rest is room for what comes while a window is worked on, and what waits at the end is
+/// soon worked on.
+inline constexpr std::size_t kUsualMostWaiting = StreamBufferOptions().places / 4;
 
 /// What a reader that did not keep up has not seen.
 struct LeftOut {
@@ -28,7 +32,8 @@ struct LeftOut {
 class LiveDecoder {
  public:
   /// @param most_waiting > 0; well below the ring's places, as more comes while the reader works
-  explicit LiveDecoder(std::size_t most_waiting) : most_waiting_(most_waiting), events_(kEventsPerStep) {}
+  explicit LiveDecoder(std::size_t most_waiting = kUsualMostWaiting)
+      : most_waiting_(most_waiting), events_(kEventsPerStep) {}
 
   /// A stream begins. The clock of a camera that was plugged in anew begins anew: its times go on after those before.
   /// @param header of the stream's recording @return as EventStreamDecoder::decode()

@@ -26,7 +26,6 @@
 #include "lecalib/pipeline/mono_calibrator.hpp"
 #include "lecalib/usb/camera.hpp"
 #include "lecalib/usb/live_decoder.hpp"
-#include "lecalib/usb/stream_buffer.hpp"
 #include "support/box_stream.hpp"
 #include "support/fake_evk4.hpp"
 #include "support/fake_fx3.hpp"
@@ -36,8 +35,6 @@ namespace {
 
 using namespace lecalib;
 using Clock = std::chrono::steady_clock;
-
-constexpr usb::StreamBufferOptions kRing;
 
 struct Options {
   bool quick = false;
@@ -109,7 +106,7 @@ void push_all(Span<const Event> events, MonoCalibrator* calibrator) {
 Outcome calibrate_live(const Bench& bench, double seconds, usb::Camera* camera, usb::StreamBuffer* ring,
                        MonoCalibrator* calibrator) {
   Outcome outcome;
-  usb::LiveDecoder decoder(kRing.places / 2);
+  usb::LiveDecoder decoder;
   (void)decoder.begin(camera->file_header());
   const auto begin = Clock::now();
   const auto elapsed_s = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
@@ -160,7 +157,7 @@ Outcome run(const Options& options, double rate_per_s) {
   const host::Model model = host::make_target("box:0.40x0.30x0.25").value();
   MonoCalibrator calibrator;
   usb::StreamBuffer ring;
-  if (is_error(calibrator.init(memory.memory(), capacities, {}, model.lines)) || is_error(ring.init(kRing))) {
+  if (is_error(calibrator.init(memory.memory(), capacities, {}, model.lines)) || is_error(ring.init({}))) {
     throw std::runtime_error("cannot start");
   }
   if (const auto error = camera.value()->start({}, &ring)) throw std::runtime_error(error->message);

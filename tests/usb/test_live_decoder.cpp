@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "lecalib/host/raw_writer.hpp"
-#include "lecalib/usb/stream_buffer.hpp"
 #include "support/decode_pieces.hpp"
 #include "support/random_events.hpp"
 
