@@ -27,6 +27,7 @@ using nlohmann::json;
 
 constexpr double kMaxHang_s = 2;
 constexpr double kEventsPerS = 10e6;
+constexpr double kMemoryNoise_mib = 32;  // of the hundreds that are sent; sanitizers keep some of what is freed
 
 /// Writes the shipped recording of a box as an EVK4 would see it. @return its words
 std::string write_box(const std::string& path) {
@@ -118,7 +119,7 @@ TEST_CASE("lecalib live: a camera that is much too fast is followed, in steady m
     CHECK(has(run.err, "buffers") == (dropped["buffers"] != 0));
     CHECK(run.exit_code >= 0);
     MESSAGE(early_mib << " MiB, later " << late_mib << " MiB, ended " << ending_s << " s after Ctrl-C");
-    CHECK(late_mib < early_mib + 8);
+    CHECK(late_mib < early_mib + kMemoryNoise_mib);
     CHECK(box.bench.port(0).pending() == 0);
   }
 }
@@ -172,7 +173,7 @@ TEST_CASE("lecalib live: Ctrl-C ends it soon, also while much waits to be worked
   recorder.fake.stream.bytes_per_s = 20e6;
   Clock::time_point asked;
   recorder.bench.meanwhile = [&](pid_t pid) {
-    const bool is_time = recorder.bench.port(0).sent() > 3'000'000;
+    const bool is_time = recorder.bench.port(0).sent() > 7'000'000;
     if (is_time && asked == Clock::time_point()) asked = ::kill(pid, SIGINT) == 0 ? Clock::now() : asked;
   };
   const CommandRun run = recorder.bench.run({"live", "--target", "box:0.4x0.3x0.25", "--out", recorder.folder / "out"});
