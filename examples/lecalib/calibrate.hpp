@@ -64,14 +64,13 @@ class EventSource {
   [[nodiscard]] virtual SensorSize sensor() const = 0;
   /// The next events, valid until the next call; empty at the end. Ends by fail() where they cannot be read.
   virtual Span<const Event> read() = 0;
+  /// Whether events are missing between those of the last read() and those before.
+  [[nodiscard]] virtual bool has_gap() const { return false; }
   /// Says how far it is.
   virtual void show(const MonoCalibrator& calibrator, Progress* progress) const = 0;
   [[nodiscard]] virtual DecoderStats stats() const = 0;
   [[nodiscard]] virtual std::uint64_t decode_cpu_ns() const = 0;
 };
-
-/// Adds what becomes of a report.
-void add_counts(const DecoderStats& more, DecoderStats* total);
 
 /// From the events of all sources, one after the other, each window worked on as soon as it is full. Fills *report also
 /// when it ends by fail().

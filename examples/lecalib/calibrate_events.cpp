@@ -87,12 +87,11 @@ void report_counts(const std::vector<std::unique_ptr<EventSource>>& sources, con
         {"edges", stats.edges.lines - stats.edges.without_edge - stats.edges.blurred - stats.edges.faint});
     diagnostics->counts.push_back({"flanks", stats.edges.flanks});
   }
-  diagnostics->dropped = {{"events_outside", decoded.outside},
-                          {"events_unplaced", decoded.unplaced},
-                          {"events_backward", stats.windows.backward},
-                          {"events_thinned", stats.windows.thinned + stats.thinned},
-                          {"lines", stats.lines_dropped},
-                          {"crossings", stats.crossings_dropped}};
+  diagnostics->dropped = {
+      {"events_outside", decoded.outside},         {"events_unplaced", decoded.unplaced},
+      {"events_backward", stats.windows.backward}, {"events_thinned", stats.windows.thinned + stats.thinned},
+      {"events_cut", stats.windows.cut},           {"lines", stats.lines_dropped},
+      {"crossings", stats.crossings_dropped}};
   diagnostics->cpu_ms.push_back({"decode", to_milliseconds(decode_ns)});
   for (std::size_t i = 0; i < kNumDetectorStages; ++i) {
     diagnostics->cpu_ms.push_back({to_string(static_cast<DetectorStage>(i)), to_milliseconds(stats.stage_ns[i])});
@@ -100,12 +99,6 @@ void report_counts(const std::vector<std::unique_ptr<EventSource>>& sources, con
 }
 
 }  // namespace
-
-void add_counts(const DecoderStats& more, DecoderStats* total) {
-  total->events += more.events;
-  total->outside += more.outside;
-  total->unplaced += more.unplaced;
-}
 
 void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, const CalibrateOptions& options,
                     const host::Model& model, host::CalibrationReport* report) {
@@ -141,6 +134,7 @@ void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, co
   for (const auto& source : sources) {
     Progress progress("reading events, finding lines");
     for (Span<const Event> events = source->read(); !events.empty(); events = source->read()) {
+      if (source->has_gap()) (void)calibrator.cut();
       if (!push_all(events, &calibrator)) break;
       source->show(calibrator, &progress);
     }

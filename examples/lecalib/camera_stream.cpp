@@ -102,7 +102,7 @@ void CameraStream::start() {
   last_data_ = Clock::now();
 }
 
-Span<const std::uint8_t> CameraStream::read() {
+usb::BufferRing::Buffer CameraStream::read() {
   while (true) {
     const bool is_over = options_.seconds > 0 && elapsed_s() >= options_.seconds;
     if (!is_stopped_ && (is_over || Interrupt::came())) stop("");
@@ -110,9 +110,8 @@ Span<const std::uint8_t> CameraStream::read() {
     switch (buffer_.read(kPoll, &part)) {
       case usb::StreamBuffer::Wait::data:
         last_data_ = Clock::now();
-        has_gap_ = part.lost_before > 0;
         bytes_ += part.bytes.size();
-        return part.bytes;
+        return part;
       case usb::StreamBuffer::Wait::nothing:
         if (!is_stopped_ && Clock::now() - last_data_ > kMaxSilence) stop("the camera sends nothing any more");
         break;
@@ -124,15 +123,6 @@ Span<const std::uint8_t> CameraStream::read() {
         }
         break;
     }
-  }
-}
-
-void CameraStream::skip_waiting() {
-  usb::BufferRing::Buffer part;
-  // At most what was there at the begin: a fast camera fills it all the while.
-  for (std::size_t left = usb::StreamBufferOptions().places; left > 0; --left) {
-    if (buffer_.read(milliseconds(0), &part) != usb::StreamBuffer::Wait::data) break;
-    ++dropped_;
   }
 }
 

@@ -39,14 +39,12 @@ class CameraStream {
 
   [[nodiscard]] const usb::Camera& camera() const { return *camera_; }
 
-  /// The next bytes, valid until the next call; empty at the end.
-  Span<const std::uint8_t> read();
+  /// The next buffer, valid until the next call; its bytes are empty at the end.
+  usb::BufferRing::Buffer read();
+  /// Buffers that wait to be read.
+  [[nodiscard]] std::size_t waiting() const { return buffer_.waiting(); }
   /// How often the camera was plugged in anew; its clock and its words begin anew with it.
   [[nodiscard]] int restarts() const { return restarts_; }
-  /// Whether bytes were lost between those of the last read() and those before.
-  [[nodiscard]] bool has_gap() const { return has_gap_; }
-  /// Lets go what waits to be read, so that what comes next is of now.
-  void skip_waiting();
   /// Stops the camera; what waits to be read goes.
   void abandon();
 
@@ -76,7 +74,6 @@ class CameraStream {
   Clock::time_point begin_;
   Clock::time_point last_data_;
   bool is_stopped_ = false;
-  bool has_gap_ = false;
   int restarts_ = 0;
   std::uint64_t bytes_ = 0;
   std::string fault_;

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "interrupt.hpp"
 
+#include <atomic>
 #include <csignal>
 #include <initializer_list>
 
 namespace lecalib::command {
 namespace {
 
-volatile std::sig_atomic_t came_flag = 0;
+// Set by whichever thread the signal comes to.
+std::atomic<int> came_flag{0};
+static_assert(std::atomic<int>::is_always_lock_free, "a signal's handler may not wait");
 
 void set_handler(void (*handler)(int), int flags) {
   struct sigaction action {};

@@ -9,8 +9,9 @@
 #include "calibrate.hpp"
 #include "camera_stream.hpp"
 #include "commands.hpp"
-#include "lecalib/events/event_stream.hpp"
 #include "lecalib/host/cpu_clock.hpp"
+#include "lecalib/host/text.hpp"
+#include "lecalib/usb/live_decoder.hpp"
 
 namespace lecalib::command {
 namespace {
@@ -20,91 +21,87 @@ struct LiveOptions {
   CameraOptions camera;
 };
 
-constexpr std::size_t kEventsPerRead = std::size_t{1} << 16;
-/// Between the last event before a camera was plugged in anew and the first one after: no window holds both.
-constexpr std::int64_t kRestartGapUs = 1'000'000;
-
-/// Decodes the bytes of a camera as a file of the same bytes is decoded.
+/// Events of a camera that streams.
 class CameraSource : public EventSource {
  public:
-  explicit CameraSource(const CameraOptions& options) : stream_(options), events_(kEventsPerRead) { begin(); }
+  explicit CameraSource(const CameraOptions& options) : stream_(options) { begin(); }
 
   [[nodiscard]] SensorSize sensor() const override { return stream_.camera().sensor(); }
   Span<const Event> read() override;
-  void show(const MonoCalibrator& calibrator, Progress* progress) const override {
-    const MonoStats& stats = calibrator.stats();
-    stream_.show(progress,
-                 std::to_string(stats.lines) + " lines in " + std::to_string(stats.windows.windows) + " windows");
-  }
-  [[nodiscard]] DecoderStats stats() const override;
+  [[nodiscard]] bool has_gap() const override { return decoder_.has_gap(); }
+  void show(const MonoCalibrator& calibrator, Progress* progress) const override;
+  [[nodiscard]] DecoderStats stats() const override { return decoder_.stats(); }
   [[nodiscard]] std::uint64_t decode_cpu_ns() const override { return decode_cpu_ns_; }
-  [[nodiscard]] CameraStream& stream() { return stream_; }
+  [[nodiscard]] const CameraStream& stream() const { return stream_; }
+  /// What was lost on the way, as lines for people; empty if nothing was.
+  [[nodiscard]] std::string losses() const;
+  void count_dropped(host::Diagnostics* diagnostics) const;
 
  private:
-  void begin();
-  bool next_bytes();
+  void begin() { check_decoded(decoder_.begin(stream_.camera().file_header())); }
+  void check_decoded(Status status) const;
+  bool take_buffer();
 
   CameraStream stream_;
-  std::string header_;
-  std::unique_ptr<EventStreamDecoder> decoder_;
-  Span<const std::uint8_t> bytes_;  ///< to be decoded next, then held_
-  Span<const std::uint8_t> held_;
-  std::vector<Event> events_;
-  std::int64_t shift_us_ = 0;
-  std::int64_t last_us_ = 0;
+  usb::LiveDecoder decoder_;
   int restarts_ = 0;
-  DecoderStats before_;  ///< of decoders that are over
   std::uint64_t decode_cpu_ns_ = 0;
 };
 
-void CameraSource::begin() {
-  header_ = stream_.camera().file_header();
-  decoder_ = std::make_unique<EventStreamDecoder>();
-  bytes_ = {reinterpret_cast<const std::uint8_t*>(header_.data()), header_.size()};
-}
-
 Span<const Event> CameraSource::read() {
   while (true) {
-    if (bytes_.empty() && !next_bytes()) return {};
-    std::size_t count = 0;
+    Span<const Event> events;
     const std::uint64_t begin_ns = host::thread_cpu_ns();
-    const Status status = decoder_->decode(&bytes_, events_, &count);
+    check_decoded(decoder_.next(&events));
     decode_cpu_ns_ += host::thread_cpu_ns() - begin_ns;
-    if (is_error(status))
-      fail({std::string("the camera sent what cannot be decoded: expected ") + decoder_->error().expected});
-    if (count == 0) continue;
-    for (std::size_t i = 0; i < count; ++i) events_[i].t_us += shift_us_;
-    last_us_ = events_[count - 1].t_us;
-    return {events_.data(), count};
+    if (!events.empty() || !take_buffer()) return events;
   }
 }
 
-bool CameraSource::next_bytes() {
+void CameraSource::check_decoded(Status status) const {
+  if (is_error(status))
+    fail({std::string("the camera sent what cannot be decoded: expected ") + decoder_.error().expected});
+}
+
+/// @return false at the end of the stream
+bool CameraSource::take_buffer() {
   if (Interrupt::came()) {  // now, not once all that waits is worked on
     stream_.abandon();
     return false;
   }
-  bytes_ = std::exchange(held_, {});
-  if (bytes_.empty()) bytes_ = stream_.read();
-  // What waits behind a gap has gaps as well; without it the next stretch is a whole one.
-  if (stream_.has_gap()) {
-    stream_.skip_waiting();
-    bytes_ = stream_.read();
-  }
+  const usb::BufferRing::Buffer buffer = stream_.read();
   if (stream_.restarts() != restarts_) {
     restarts_ = stream_.restarts();
-    add_counts(decoder_->stats(), &before_);
-    shift_us_ = last_us_ + kRestartGapUs;
-    held_ = bytes_;
     begin();
   }
-  return !bytes_.empty();
+  decoder_.take(buffer, stream_.waiting());
+  return !buffer.bytes.empty();
 }
 
-DecoderStats CameraSource::stats() const {
-  DecoderStats all = before_;
-  add_counts(decoder_->stats(), &all);
-  return all;
+void CameraSource::show(const MonoCalibrator& calibrator, Progress* progress) const {
+  const MonoStats& stats = calibrator.stats();
+  std::string text = std::to_string(stats.lines) + " lines in " + std::to_string(stats.windows.windows) + " windows";
+  const usb::LeftOut& left_out = decoder_.left_out();
+  if (left_out.times > 0) {
+    const double share = static_cast<double>(left_out.events) / static_cast<double>(decoder_.stats().events);
+    text += ", " + host::fixed(100 * share, 0) + " % left out";
+  }
+  stream_.show(progress, text);
+}
+
+std::string CameraSource::losses() const {
+  const usb::LeftOut& left_out = decoder_.left_out();
+  if (left_out.times == 0) return stream_.losses();
+  const std::string buffers = left_out.buffers > 0 ? " and " + std::to_string(left_out.buffers) + " buffers" : "";
+  return std::to_string(left_out.events) + " of " + std::to_string(decoder_.stats().events) + " events" + buffers +
+         " left out, in " + std::to_string(left_out.times) + " stretches: this machine did not keep up\n" +
+         stream_.losses();
+}
+
+void CameraSource::count_dropped(host::Diagnostics* diagnostics) const {
+  const usb::LeftOut& left_out = decoder_.left_out();
+  diagnostics->dropped.push_back({"events_left_out", left_out.events});
+  diagnostics->dropped.push_back({"buffers", stream_.dropped() + left_out.buffers});
 }
 
 void run_live(const LiveOptions& options) {
@@ -116,10 +113,10 @@ void run_live(const LiveOptions& options) {
     const usb::CameraInfo& info = source.stream().camera().info();
     report->diagnostics.inputs.push_back(info.name + " " + info.serial);
     calibrate_from(sources, options.calibrate, model, report);
-    report->diagnostics.dropped.push_back({"buffers", source.stream().dropped()});
+    source.count_dropped(&report->diagnostics);
     const std::string& fault = source.stream().fault();
     if (!fault.empty()) std::fprintf(stderr, "lecalib: %s: calibrated from what came before\n", fault.c_str());
-    std::fputs(source.stream().losses().c_str(), stderr);
+    std::fputs(source.losses().c_str(), stderr);
   });
 }
 

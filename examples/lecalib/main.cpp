@@ -2,6 +2,7 @@
 /// The lecalib program: reads the command line and runs one subcommand.
 /// Exit code 0: a usable answer. 1: no usable answer, one line on stderr says why. Above 1: the command line is wrong.
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <iostream>
@@ -28,6 +29,7 @@ int finish_output() {
 
 int main(int argc, char** argv) {
   using namespace lecalib::command;
+  (void)std::signal(SIGXFSZ, SIG_IGN);  // a limit to files is an error of the write that meets it
   CLI::App app{"lecalib calibrates event cameras from straight lines."};
   app.name("lecalib");
   app.set_version_flag("--version", "lecalib " LECALIB_VERSION);

@@ -50,7 +50,7 @@ void run_record(const RecordOptions& options) {
   int part = 0;
   Progress progress("recording");
   while (true) {
-    const Span<const std::uint8_t> bytes = stream.read();
+    const Span<const std::uint8_t> bytes = stream.read().bytes;
     if (bytes.empty()) break;
     if (stream.restarts() != part) {
       check(file->commit());

@@ -58,6 +58,20 @@ struct DecoderStats {
   std::uint64_t time_steps_back = 0;  ///< times that lie before the last one and are no roll-over
 };
 
+/// Sums up what several decoders met.
+constexpr void add_counts(const DecoderStats& more, DecoderStats* total) noexcept {
+  total->events += more.events;
+  total->outside += more.outside;
+  total->unplaced += more.unplaced;
+  total->triggers += more.triggers;
+  total->imu_samples += more.imu_samples;
+  total->other_words += more.other_words;
+  total->undefined_words += more.undefined_words;
+  total->time_wraps += more.time_wraps;
+  total->time_resets += more.time_resets;
+  total->time_steps_back += more.time_steps_back;
+}
+
 /// Why and where decoding stopped.
 struct DecodeError {
   const char* expected = "";  ///< what would have been right, e.g. "polarity 0, 1 or -1"; "" without error

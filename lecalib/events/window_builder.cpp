@@ -81,6 +81,13 @@ Status WindowBuilder::finish(EventWindow* window) noexcept {
   return Status::ok;
 }
 
+void WindowBuilder::cut() noexcept {
+  if (is_open_) stats_.cut += received_;
+  is_open_ = false;
+  has_clock_ = false;
+  backward_run_ = 0;
+}
+
 bool WindowBuilder::is_backward(std::int64_t t_us) const noexcept {
   return has_clock_ && t_us < latest_us_ &&
          distance_us(t_us, latest_us_) > static_cast<std::uint64_t>(options_.disorder_us);

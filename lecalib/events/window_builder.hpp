@@ -29,6 +29,7 @@ struct WindowStats {
   std::uint64_t late = 0;           ///< of these, earlier than the latest by disorder_us or less
   std::uint64_t backward = 0;       ///< dropped: earlier than that
   std::uint64_t restarts = 0;       ///< times the clock was found to have been set back
+  std::uint64_t cut = 0;            ///< of `events`, in windows that cut() dropped
 };
 
 /// Cuts a stream of events into windows [begin_us, end_us) that lie end to end.
@@ -62,6 +63,10 @@ class WindowBuilder {
 
   /// Ends the current window after its latest event. @return ok | need_more_data (there is none) | wrong_state
   Status finish(EventWindow* window) noexcept;
+
+  /// Events are missing between those pushed and those to come: drops the window that they would be missing from. The
+  /// next one begins with its first event, at any time.
+  void cut() noexcept;
 
   /// Sets the length of the windows that are still to begin. After push() gave a window that is the next one.
   /// @return ok | invalid_argument | wrong_state

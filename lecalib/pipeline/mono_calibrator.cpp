@@ -114,6 +114,14 @@ Status MonoCalibrator::push(Span<const Event>* events) {
   return Status::in_progress;
 }
 
+Status MonoCalibrator::cut() {
+  if (phase_ != MonoPhase::collecting || finishing_) return Status::wrong_state;
+  if (has_window_) return Status::in_progress;
+  builder_.cut();
+  stats_.windows.cut = builder_.stats().cut;
+  return Status::ok;
+}
+
 Status MonoCalibrator::finish() {
   if (phase_ != MonoPhase::collecting) return Status::wrong_state;
   finishing_ = true;

@@ -187,6 +187,10 @@ class MonoCalibrator {
   /// @return ok (all taken) | in_progress (a window is full: call step() before the rest can be pushed) | wrong_state
   Status push(Span<const Event>* events);
 
+  /// Events are missing between those pushed and those to come: no window holds both. What was pushed since the last
+  /// full window goes. @return ok | in_progress (a window is full: call step() first) | wrong_state
+  Status cut();
+
   /// No more events come: what is there is solved by further calls of step(). @return ok | wrong_state
   Status finish();
 

@@ -70,4 +70,9 @@ bool BufferRing::pop(Buffer* out) noexcept {
   }
 }
 
+std::size_t BufferRing::waiting() const noexcept {
+  const std::uint64_t ahead = head_.load(std::memory_order_relaxed) - tail_;
+  return static_cast<std::size_t>(std::min<std::uint64_t>(ahead, num_places_));
+}
+
 }  // namespace lecalib::usb

@@ -37,6 +37,9 @@ class BufferRing {
   /// The reader's: the oldest buffer. @return false: there is none
   bool pop(Buffer* out) noexcept;
 
+  /// The reader's: buffers that wait to be read; more may have come by now.
+  [[nodiscard]] std::size_t waiting() const noexcept;
+
   /// Buffers lost so far.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 

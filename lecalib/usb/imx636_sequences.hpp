@@ -16,8 +16,8 @@ struct RegisterStep {
   std::uint32_t wait_us = 0;  ///< afterwards
 };
 
-// From OpenEB 5.1.1 (Apache-2.0, imx636_evk3_issd.h). The long waits of kInit are where OpenEB or neuromorphic-drivers
-// 6c2018e (MIT, prophesee_evk4.rs) waits: they stand one line apart, and the longer one is taken for each line.
+// From OpenEB 5.1.1 (Apache-2.0, imx636_evk3_issd.h), the maker's. Of its waits, 2.5 s in all, neuromorphic-drivers
+// 6c2018e (MIT, prophesee_evk4.rs) takes each one line later.
 Span<const RegisterStep> imx636_stop() noexcept;
 Span<const RegisterStep> imx636_destroy() noexcept;
 Span<const RegisterStep> imx636_init() noexcept;

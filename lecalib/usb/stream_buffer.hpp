@@ -32,6 +32,8 @@ class StreamBuffer : public StreamSink {
   /// @return data | nothing (in that time) | ended (and all that came before was given; see why_ended())
   Wait read(std::chrono::milliseconds timeout, BufferRing::Buffer* out);
 
+  /// The reader's: buffers that wait to be read.
+  [[nodiscard]] std::size_t waiting() const { return ring_.waiting(); }
   /// Why the stream ended; after read() has said that it has.
   [[nodiscard]] UsbStatus why_ended() const { return why_ended_; }
   /// Buffers that were lost because the reader did not keep up.

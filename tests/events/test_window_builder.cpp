@@ -237,6 +237,33 @@ TEST_CASE("windows: the length may change between two windows") {
   CHECK(builder.set_length_us(-1) == Status::invalid_argument);
 }
 
+TEST_CASE("windows: no window holds what was pushed on both sides of a cut, and what is dropped is counted") {
+  std::vector<Event> storage(100);
+  WindowBuilder builder;
+  REQUIRE(builder.init({1000}, storage) == Status::ok);
+  builder.cut();  // of nothing
+  const std::vector<Event> before = {{100, 1, 1, 0}, {1200, 2, 2, 0}, {1300, 3, 3, 1}};
+  const std::vector<Event> after = {{1750, 4, 4, 1}, {2749, 5, 5, 0}};
+  EventWindow window;
+  Span<const Event> piece(before);
+  REQUIRE(builder.push(&piece, &window) == Status::ok);
+  CHECK(copy(window) == Window{100, 1100, {before[0]}});
+  REQUIRE(builder.push(&piece, &window) == Status::need_more_data);
+  builder.cut();
+  CHECK(builder.stats().cut == 2);
+  CHECK(builder.finish(&window) == Status::need_more_data);
+  piece = after;
+  REQUIRE(builder.push(&piece, &window) == Status::need_more_data);
+  REQUIRE(builder.finish(&window) == Status::ok);
+  CHECK(copy(window) == Window{1750, 2750, after});
+  builder.cut();
+  piece = before;  // the clock may begin anew
+  REQUIRE(builder.push(&piece, &window) == Status::ok);
+  CHECK(window.begin_us == 100);
+  CHECK(builder.stats().cut == 2);
+  CHECK(builder.stats().events == 6);
+}
+
 TEST_CASE("windows: options and storage are checked") {
   std::vector<Event> storage(4);
   WindowBuilder builder;

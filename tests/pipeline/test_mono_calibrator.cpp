@@ -157,6 +157,25 @@ TEST_CASE("a mono calibrator refuses wrong arguments and calls out of turn") {
   CHECK(calibrator.push(&none) == Status::wrong_state);
 }
 
+TEST_CASE("a mono calibrator's windows end at a cut, which waits for the one that is full") {
+  Memory memory(required_bytes(small_capacities()));
+  MonoCalibrator calibrator;
+  CHECK(calibrator.cut() == Status::wrong_state);
+  REQUIRE(calibrator.init(memory.span(), small_capacities(), {}, kBox) == Status::ok);
+  CHECK(calibrator.cut() == Status::ok);
+  const std::vector<Event> events = noise(300);  // 15 ms, the first window has 10
+  Span<const Event> rest(events);
+  REQUIRE(calibrator.push(&rest) == Status::in_progress);
+  CHECK(calibrator.cut() == Status::in_progress);
+  REQUIRE(calibrator.step() == Status::in_progress);
+  REQUIRE(calibrator.push(&rest) == Status::ok);
+  CHECK(calibrator.cut() == Status::ok);
+  CHECK(calibrator.stats().windows.cut == 100);
+  CHECK(calibrator.stats().windows.windows == 1);
+  REQUIRE(calibrator.finish() == Status::ok);
+  CHECK(calibrator.cut() == Status::wrong_state);
+}
+
 TEST_CASE("without events, or with noise alone, there is a reason and no camera") {
   const Capacities c = small_capacities();
   Memory memory(required_bytes(c));

@@ -20,9 +20,10 @@ class FakeEvk4 : public FakeDevice {
   std::uint32_t firmware = 0x030900;  ///< 3.9.0
   std::uint64_t serial = 0x00050423;
   std::uint32_t chip_id = 0xA0401806;
-  std::uint32_t refused_register = 0xFFFFFFFF;  ///< writes to it fail with errno 5
-  std::uint32_t mute_property = 0xFFFFFFFF;     ///< requests of it are not answered
-  bool answers_twice = false;                   ///< each answer comes with a stale copy of the one before
+  std::uint32_t refused_register = 0xFFFFFFFF;     ///< writes to it fail with errno 5
+  std::uint32_t unplugging_register = 0xFFFFFFFF;  ///< with a write to it the device is gone
+  std::uint32_t mute_property = 0xFFFFFFFF;        ///< requests of it are not answered
+  bool answers_twice = false;                      ///< each answer comes with a stale copy of the one before
   std::map<std::uint32_t, std::uint32_t> registers;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> writes;  ///< in order
 
@@ -118,6 +119,7 @@ class FakeEvk4 : public FakeDevice {
     const std::uint32_t address = word(bytes, 12);
     for (std::size_t at = 16; at < bytes.size(); at += 4) {
       const auto to = address + static_cast<std::uint32_t>(at - 16);
+      if (to == unplugging_register) plugged_in = false;
       if (to == refused_register) return frame(0xC0010102, {0, 5});
       const bool was_streaming = is_streaming();
       registers[to] = word(bytes, at);

@@ -216,6 +216,7 @@ void MockPort::answer_command(const Urb& urb) {
   const auto size = static_cast<std::size_t>(urb.fields().buffer_length);
   const bool taken = device_->command(DeviceBytes(urb.buffer->data, urb.buffer->data + size));
   finish(urb, taken ? 0 : -EPIPE, taken ? size : 0);
+  if (!device_->plugged_in) unplug();
 }
 
 int MockPort::discard(gulong address) {
@@ -246,6 +247,12 @@ void MockPort::finish_all(int status) {
   stream_bytes_ = 0;
 }
 
+void MockPort::unplug() {
+  unplugged_ = true;
+  device_->plugged_in = false;
+  finish_all(-ESHUTDOWN);
+}
+
 /// What a program has not fetched from a device that is gone.
 void MockPort::forget_all() {
   finish_all(-ESHUTDOWN);
@@ -272,11 +279,7 @@ void MockPort::pump_stream() {
     const Urb urb = stream_.front();
     const auto room = static_cast<std::size_t>(urb.fields().buffer_length);
     const FakeStream::What what = device_->stream.next(room, &bytes);
-    if (what == FakeStream::What::unplug) {
-      unplugged_ = true;
-      device_->plugged_in = false;
-      return finish_all(-ESHUTDOWN);
-    }
+    if (what == FakeStream::What::unplug) return unplug();
     const bool is_waiting = what == FakeStream::What::nothing || (what == FakeStream::What::stall && is_halted_);
     if (is_waiting) return;
     stream_.pop_front();

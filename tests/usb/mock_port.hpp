@@ -66,6 +66,7 @@ class MockPort {
   void pump_stream();
   void finish(const Urb& urb, int status, std::size_t size);
   void finish_all(int status);
+  void unplug();
   void forget_all();
 
   UMockdevTestbed* bed_;

@@ -72,12 +72,14 @@ TEST_CASE("buffer_ring: a full ring keeps what came first, or what came last, an
     CHECK(ring.push(numbered(4, 3)) == (policy == DropPolicy::oldest));
     CHECK(ring.push(numbered(5, 3)) == (policy == DropPolicy::oldest));
     CHECK(ring.dropped() == 2);
+    CHECK(ring.waiting() == 4);
     BufferRing::Buffer buffer;
     const std::size_t first = policy == DropPolicy::newest ? 0 : 2;
     for (std::size_t i = first; i < first + 4; ++i) {
       REQUIRE(ring.pop(&buffer));
       CHECK(equal(buffer.bytes, numbered(i, 3)));
       CHECK(buffer.lost_before == (policy == DropPolicy::oldest && i == first ? 2 : 0));
+      CHECK(ring.waiting() == first + 3 - i);
     }
     CHECK_FALSE(ring.pop(&buffer));
     CHECK(ring.push(numbered(9, 3)));

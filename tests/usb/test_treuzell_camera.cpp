@@ -100,6 +100,7 @@ TEST_CASE("treuzell_camera: what the sensor sends comes out whole, and stop ends
   REQUIRE_FALSE(camera->start({}, &buffer));
   CHECK(bench.fake.is_streaming());
   CHECK(bench.bus.waited_us > 2'500'000);
+  CHECK(bench.bus.waited_us < 2'600'000);
   CHECK(read_all(&buffer) == bench.fake.stream.recording);
   CHECK(buffer.odd_bytes() > 0);
   CHECK(buffer.dropped() == 0);
@@ -299,6 +300,18 @@ TEST_CASE("treuzell_camera: a reader that is too slow loses buffers, which are c
     CHECK(read_all(&buffer) == expected);
     CHECK(buffer.dropped() == all.size() / 1000 - 16);
   }
+}
+
+TEST_CASE("treuzell_camera: unplugged while it starts it says so, and nothing is left running") {
+  Bench bench;
+  bench.fake.unplugging_register = 0x7008;
+  StreamBuffer buffer;
+  REQUIRE(buffer.init({}) == Status::ok);
+  const auto camera = bench.open();
+  const auto error = camera->start({}, &buffer);
+  REQUIRE(error.has_value());
+  CHECK(error->message == "register 0x7008: the camera was unplugged");
+  camera->stop();
 }
 
 TEST_CASE("treuzell_camera: unplugged and plugged in again it starts anew") {
