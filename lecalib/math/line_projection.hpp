@@ -15,8 +15,8 @@ using Row9 = Eigen::Matrix<double, 1, 9>;
 
 /// A 3D line in the camera frame in Pluecker's coordinates. Its ideal image is { m : moment . (m, 1) = 0 }.
 struct CameraLine {
-  Vec3 moment;     ///< X_p x X_q
-  Vec3 direction;  ///< X_q - X_p
+  Vec3 moment = Vec3::Zero();     ///< X_p x X_q
+  Vec3 direction = Vec3::Zero();  ///< X_q - X_p
 };
 
 /// The model line seen from a camera with x_cam = R x_world + t.
