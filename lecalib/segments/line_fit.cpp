@@ -6,6 +6,7 @@
 
 #include "lecalib/math/chance.hpp"
 #include "lecalib/segments/corridor.hpp"
+#include "lecalib/segments/event_list.hpp"
 #include "lecalib/segments/event_weight.hpp"
 #include "lecalib/segments/line_kink.hpp"
 
@@ -61,22 +62,9 @@ class LineFitter {
   /// Lists the events near to the line; of more than are needed, an even share.
   void collect() {
     stride_ = std::max<std::uint32_t>(1, line_.events / std::max<std::uint32_t>(1, options_.max_fit_events));
-    const float from = line_.lowest() - kBeyondEndsPx;
-    const float to = line_.highest() + kBeyondEndsPx;
-    const std::size_t room = ws_.along.size();
-    bool fits = false;
-    while (!fits) {
-      std::size_t found = 0;
-      for_each_near_line(cloud_, line_, from, to, kWideBandPx, line_.polarities, stride_, [&](const LineEvent& event) {
-        if (!may_take(event) || ++found > room) return;
-        ws_.along[found - 1] = event.along_px;
-        ws_.across[found - 1] = event.across_px;
-        ws_.tau[found - 1] = event.tau;
-      });
-      fits = found <= room;
-      count_ = std::min(found, room);
-      if (!fits) stride_ *= 2;
-    }
+    const ListedArea area{line_.lowest() - kBeyondEndsPx, line_.highest() + kBeyondEndsPx, kWideBandPx};
+    count_ =
+        list_near_line(cloud_, line_, area, ws_, &stride_, [&](const LineEvent& event) { return may_take(event); });
   }
 
   [[nodiscard]] bool may_take(const LineEvent& event) const {
