@@ -14,7 +14,7 @@ namespace {
 constexpr float kColumnPx = 12;
 constexpr int kMinColumns = 4;
 constexpr float kMinHalfLengthPx = 8;
-constexpr std::size_t kFirstRoundEvents = 1000;  // it only brings the shape near
+constexpr std::size_t kFirstRoundEvents = 500;  // it only brings the shape near
 
 constexpr float kShapeMarginPx = 2;  // by which the shape may stray from the fitted line
 
