@@ -13,6 +13,7 @@ constexpr float kScoreFloorPx2 = 0.25F;    // thickness below which all edges ar
 constexpr float kMinTimeVariance = 1e-3F;  // of tau: events of one instant tell no speed
 constexpr float kMinVariancePx2 = 0.05F;
 constexpr int kRefineRounds = 3;
+constexpr float kMinFreeShare = 0.15F;    // of a block's events: less is what lines there have left over
 constexpr float kTwinVariancePx2 = 0.6F;  // thinner edges are one
 
 /// The edge of a block: a line that moves with (vx, vy) per unit of tau.
@@ -128,18 +129,21 @@ class FreeEvents {
     const std::uint32_t upper = cloud.cell_start[block + 2] - cloud.cell_start[block];
     const std::uint32_t lower = cloud.cell_start[block + cloud.cols + 2] - cloud.cell_start[block + cloud.cols];
     stride_ = 1 + (upper + lower) / kMaxCount;
+    all_ = static_cast<float>(upper + lower);
     for (const std::uint32_t cell : {block, block + cloud.cols}) {
       const std::uint32_t end = cloud.cell_start[cell + 2];
       for (std::uint32_t i = cloud.cell_start[cell]; i < end; i += stride_) {
+        if (owner[i] != 0) continue;
         x_[count_] = static_cast<float>(cloud.x[i]) - ox;
         y_[count_] = static_cast<float>(cloud.y[i]) - oy;
-        t_[count_] = cloud.tau(i);
-        count_ += owner[i] == 0 ? 1 : 0;
+        t_[count_++] = cloud.tau(i);
       }
     }
   }
 
   [[nodiscard]] std::size_t count() const { return count_; }
+  /// Of the block's events.
+  [[nodiscard]] float share() const { return static_cast<float>(count_ * stride_) / all_; }
   /// Events of the block that one in the list stands for.
   [[nodiscard]] float weight() const { return static_cast<float>(stride_); }
 
@@ -161,6 +165,7 @@ class FreeEvents {
   static constexpr std::uint32_t kMaxCount = 160;
 
   std::uint32_t stride_;
+  float all_;
   std::size_t count_ = 0;
   float x_[kMaxCount + 2], y_[kMaxCount + 2], t_[kMaxCount + 2];  // two rows of cells, each with a rest
 };
@@ -252,6 +257,7 @@ bool refine_seed(const EventCloud& cloud, const SeedOptions& options, const Cell
   const float ox = cell_centre(cell % cloud.cols) + kHalfCell;
   const float oy = cell_centre(cell / cloud.cols) + kHalfCell;
   const FreeEvents events(cloud, seed.block, owner, ox, oy);
+  if (events.share() < kMinFreeShare) return false;
   const float weight = events.weight();
   CellMoments m{};
   BlockEdge edge{};
