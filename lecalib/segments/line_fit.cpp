@@ -15,6 +15,7 @@ namespace {
 
 constexpr float kWideBandPx = 5;  // events that the robust fit chooses from
 constexpr int kRounds = 3;
+constexpr std::size_t kNearingEvents = 400;   // that a round takes at most, but the last
 constexpr std::uint32_t kSampleEvents = 200;  // of a line that are fitted before the others ...
 constexpr std::uint32_t kSamplesWorth = 2;    // ... where there are so many times as many
 constexpr float kSampleTolerance = 1.15F;     // of the limit of thickness: a sample scatters
@@ -108,10 +109,12 @@ class LineFitter {
   FitOutcome fit_robustly() {
     for (int round = 0; round < kRounds; ++round) {
       const float band_px = band();
+      // The last round counts; those before only bring the line near.
+      const std::size_t step = round + 1 < kRounds ? 1 + clear_ / kNearingEvents : 1;
       LineEquations equations;
-      const WeightedSupport support =
-          equations.add_near({ws_.along.data(), ws_.across.data(), ws_.tau.data(), clear_}, line_, band_px);
-      if (support.events * stride_ < options_.min_events / 2) return FitOutcome::too_few_events;
+      const WeightedSupport support = equations.add_near(
+          {ws_.along.data(), ws_.across.data(), ws_.tau.data(), (clear_ + step - 1) / step, step}, line_, band_px);
+      if (support.events * step * stride_ < options_.min_events / 2) return FitOutcome::too_few_events;
       const float variance = support.square / (support.weight * kWeightedVariance) * (band_px * band_px);
       line_.thickness_px = std::sqrt(variance);
       if (!equations.solve(claim_.shared.priors(options_.priors, line_), 1, line_.m, line_.covariance))
