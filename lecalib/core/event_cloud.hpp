@@ -48,8 +48,9 @@ struct EventCloud {
     return static_cast<float>(t[event]) * (depth_px * (1.0F / kCloudTicks));
   }
   /// Time from -1 at the window's begin to 1 at its end.
-  [[nodiscard]] float tau(std::size_t event) const noexcept {
-    return static_cast<float>(t[event]) * (2.0F / kCloudTicks) - 1.0F;
+  [[nodiscard]] float tau(std::size_t event) const noexcept { return tau_of(t[event]); }
+  [[nodiscard]] static float tau_of(std::uint16_t ticks) noexcept {
+    return static_cast<float>(ticks) * (2.0F / kCloudTicks) - 1.0F;
   }
   [[nodiscard]] std::size_t size() const noexcept { return x.size(); }
   [[nodiscard]] std::size_t cells() const noexcept { return static_cast<std::size_t>(cols) * rows; }

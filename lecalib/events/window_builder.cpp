@@ -48,7 +48,7 @@ Status WindowBuilder::set_length_us(std::int64_t length_us) noexcept {
 
 Status WindowBuilder::push(Span<const Event>* events, EventWindow* window) noexcept {
   if (storage_.empty()) return Status::wrong_state;
-  for (; !events->empty(); *events = events->subspan(1)) {
+  for (; add_run(events); *events = events->subspan(1)) {
     const Event& event = (*events)[0];
     if (is_backward(event.t_us)) {
       if (++backward_run_ < kRestartAfter) {
@@ -153,6 +153,28 @@ void WindowBuilder::add(const Event& event) noexcept {
     in_group_ = 0;
     chosen_ = draw_below_stride();
   }
+}
+
+bool WindowBuilder::add_run(Span<const Event>* events) noexcept {
+  if (!is_open_ || stride_ > 1 || events->empty()) return !events->empty();
+  std::uint64_t most = std::min(events->size(), room_ - size_);
+  if (options_.max_events > 0) most = std::min(most, options_.max_events - std::min(received_, options_.max_events));
+  Event* const free = storage_.data() + size_;
+  std::int64_t latest_us = latest_us_;
+  std::size_t count = 0;
+  for (; count < most; ++count) {
+    const Event& event = (*events)[count];
+    if (event.t_us < latest_us || event.t_us >= end_us_) break;
+    latest_us = event.t_us;
+    free[count] = event;
+  }
+  if (count > 0) backward_run_ = 0;
+  latest_us_ = latest_us;
+  size_ += count;
+  received_ += count;
+  stats_.events += count;
+  *events = events->subspan(count);
+  return !events->empty();
 }
 
 void WindowBuilder::keep(const Event& event) noexcept {

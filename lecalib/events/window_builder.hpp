@@ -77,6 +77,9 @@ class WindowBuilder {
  private:
   void open(std::int64_t t_us) noexcept;
   void close(std::int64_t end_us, EventWindow* window) noexcept;
+  /// Adds events as long as they come in order, fall into the open window and are all kept, as most do.
+  /// @return whether one is left, which asks for more than that
+  bool add_run(Span<const Event>* events) noexcept;
   void add(const Event& event) noexcept;
   void keep(const Event& event) noexcept;
   void halve() noexcept;

@@ -13,18 +13,29 @@ constexpr float kQuietShare = 0.4F;
 /// Counts above this are edges in any case, so the histogram can end there.
 constexpr std::uint32_t kMaxQuietCount = 127;
 
-/// Visits `keep` of the window's `total` events, evenly spread (Bresenham's rule).
+/// Visits the events that lie on the sensor.
+template <class Visit>
+void for_each_inside(Span<const Event> events, const CloudOptions& options, Visit visit) {
+  for (const Event& event : events) {
+    if (event.x < options.width && event.y < options.height) visit(event);
+  }
+}
+
+/// Visits `keep` of the `total` events that lie on the sensor, evenly spread (Bresenham's rule).
 template <class Visit>
 void for_each_kept(Span<const Event> events, const CloudOptions& options, std::size_t total, std::size_t keep,
                    Visit visit) {
+  if (keep == total) {
+    for_each_inside(events, options, visit);
+    return;
+  }
   std::size_t phase = 0;
-  for (const Event& event : events) {
-    if (event.x >= options.width || event.y >= options.height) continue;
+  for_each_inside(events, options, [&](const Event& event) {
     phase += keep;
-    if (phase < total) continue;
+    if (phase < total) return;
     phase -= total;
     visit(event);
-  }
+  });
 }
 
 std::size_t cell_of(const Event& event, std::size_t cols, std::size_t cells) {
@@ -68,8 +79,8 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
   if (workspace.cell_start.size() < 2 * cells + 1 || workspace.x.empty()) return Status::buffer_too_small;
 
   std::size_t inside = 0;
-  for (const Event& event : window.events) inside += event.x < options.width && event.y < options.height ? 1U : 0U;
-  const std::size_t kept = inside < workspace.x.size() ? inside : workspace.x.size();
+  for_each_inside(window.events, options, [&](const Event&) { ++inside; });
+  const std::size_t kept = std::min(inside, workspace.x.size());
   stats->events = static_cast<std::uint32_t>(window.events.size());
   stats->outside_sensor = static_cast<std::uint32_t>(window.events.size() - inside);
   stats->thinned = static_cast<std::uint32_t>(inside - kept);

@@ -12,7 +12,8 @@ constexpr float kHalfCell = 0.5F * kCell;
 constexpr float kScoreFloorPx2 = 0.25F;    // thickness below which all edges are equally sharp: the pixel grid's
 constexpr float kMinTimeVariance = 1e-3F;  // of tau: events of one instant tell no speed
 constexpr float kMinVariancePx2 = 0.05F;
-constexpr int kRefineRounds = 4;
+constexpr int kRefineRounds = 3;
+constexpr float kMinFreeShare = 0.15F;    // of a block's events: less is what lines there have left over
 constexpr float kTwinVariancePx2 = 0.6F;  // thinner edges are one
 
 /// The edge of a block: a line that moves with (vx, vy) per unit of tau.
@@ -121,42 +122,65 @@ void keep(const SeedWorkspace& ws, const CellSeed& seed, std::size_t* count, std
   std::push_heap(ws.seeds.begin(), ws.seeds.end(), better);
 }
 
-/// Calls visit(x, y, tau) for the block's free events, x and y from (ox, oy).
-template <class Visit>
-void for_each_free(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner, float ox, float oy,
-                   Visit visit) {
-  for (const std::uint32_t cell : {block, block + cloud.cols}) {
-    for (std::uint32_t i = cloud.cell_start[cell]; i < cloud.cell_start[cell + 2]; ++i) {
-      if (owner[i] == 0) visit(static_cast<float>(cloud.x[i]) - ox, static_cast<float>(cloud.y[i]) - oy, cloud.tau(i));
+/// The free events of a block, x and y from its middle; of many, an even share.
+class FreeEvents {
+ public:
+  FreeEvents(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner, float ox, float oy) {
+    const std::uint32_t upper = cloud.cell_start[block + 2] - cloud.cell_start[block];
+    const std::uint32_t lower = cloud.cell_start[block + cloud.cols + 2] - cloud.cell_start[block + cloud.cols];
+    stride_ = 1 + (upper + lower) / kMaxCount;
+    all_ = static_cast<float>(upper + lower);
+    for (const std::uint32_t cell : {block, block + cloud.cols}) {
+      const std::uint32_t end = cloud.cell_start[cell + 2];
+      for (std::uint32_t i = cloud.cell_start[cell]; i < end; i += stride_) {
+        if (owner[i] != 0) continue;
+        x_[count_] = static_cast<float>(cloud.x[i]) - ox;
+        y_[count_] = static_cast<float>(cloud.y[i]) - oy;
+        t_[count_++] = cloud.tau(i);
+      }
     }
   }
-}
 
-/// Sums of the block's free events within `band_px` of the edge (all of them where edge is null).
-/// @return free events of the block
-float sum_block(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner, float ox, float oy,
-                const BlockEdge* edge, float band_px, CellMoments* out) {
-  *out = {};
-  float free_events = 0;
-  for_each_free(cloud, block, owner, ox, oy, [&](float x, float y, float t) {
-    ++free_events;
-    if (edge == nullptr || std::fabs(edge->distance(x, y, t)) <= band_px) add_event(out, x, y, t);
-  });
-  return free_events;
-}
+  [[nodiscard]] std::size_t count() const { return count_; }
+  /// Of the block's events.
+  [[nodiscard]] float share() const { return static_cast<float>(count_ * stride_) / all_; }
+  /// Events of the block that one in the list stands for.
+  [[nodiscard]] float weight() const { return static_cast<float>(stride_); }
+
+  template <class Visit>
+  void for_each(Visit visit) const {
+    for (std::size_t k = 0; k < count_; ++k) visit(x_[k], y_[k], t_[k]);
+  }
+
+  /// Sums of those within `band_px` of the edge (all of them where edge is null).
+  [[nodiscard]] CellMoments sum(const BlockEdge* edge, float band_px) const {
+    CellMoments out{};
+    for_each([&](float x, float y, float t) {
+      if (edge == nullptr || std::fabs(edge->distance(x, y, t)) <= band_px) add_event(&out, x, y, t);
+    });
+    return out;
+  }
+
+ private:
+  static constexpr std::uint32_t kMaxCount = 160;
+
+  std::uint32_t stride_;
+  float all_;
+  std::size_t count_ = 0;
+  float x_[kMaxCount + 2], y_[kMaxCount + 2], t_[kMaxCount + 2];  // two rows of cells, each with a rest
+};
 
 /// Of two parallel edges that share a block, a regression sees one thick edge midway between them.
 /// @param[in,out] edge  put on the denser one of the two
 /// @return half of the way between them, px; 0, edge unchanged, where there are no two
-float choose_twin(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner, float ox, float oy,
-                  BlockEdge* edge) {
+float choose_twin(const FreeEvents& events, BlockEdge* edge) {
   constexpr int kBins = 24;
   constexpr float kBinPx = 0.5F;
   constexpr int kLeastApart = 4;       // bins: nearer edges are one to a sensor's pixels
   constexpr float kLeastOther = 0.3F;  // of the denser edge's peak
   constexpr float kMaxValley = 0.4F;   // of the other's
   float counts[kBins + 2] = {};
-  for_each_free(cloud, block, owner, ox, oy, [&](float x, float y, float t) {
+  events.for_each([&](float x, float y, float t) {
     const float place = edge->distance(x, y, t) / kBinPx + 0.5F * kBins;
     if (place > 0 && place < kBins) counts[static_cast<int>(place) + 1] += 1;
   });
@@ -181,11 +205,14 @@ float choose_twin(const EventCloud& cloud, std::uint32_t block, Span<const std::
 }
 
 /// Whether the band holds more events than chance would put there.
-bool stands_out(const CellMoments& m, float free_events, float band_px, float noise_floor, const SeedOptions& options) {
+bool stands_out(const CellMoments& m, const FreeEvents& events, float band_px, float noise_floor,
+                const SeedOptions& options) {
   constexpr float kBlockArea = 4 * kCell * kCell;
   const float covered = std::min(0.9F, 2 * band_px * 2 * kCell / kBlockArea * 1.2F);  // 1.2: the edge lies aslant
-  const float beside = std::max((free_events - m.n) / (1 - covered), noise_floor * kBlockArea);
-  return m.n >= options.min_over_background * beside * covered + 3;
+  const float on_edge = m.n * events.weight();
+  const float free_events = static_cast<float>(events.count()) * events.weight();
+  const float beside = std::max((free_events - on_edge) / (1 - covered), noise_floor * kBlockArea);
+  return on_edge >= options.min_over_background * beside * covered + 3;
 }
 
 }  // namespace
@@ -229,25 +256,27 @@ bool refine_seed(const EventCloud& cloud, const SeedOptions& options, const Cell
   const std::size_t cell = seed.block - (is_on ? cloud.cells() : 0);
   const float ox = cell_centre(cell % cloud.cols) + kHalfCell;
   const float oy = cell_centre(cell / cloud.cols) + kHalfCell;
+  const FreeEvents events(cloud, seed.block, owner, ox, oy);
+  if (events.share() < kMinFreeShare) return false;
+  const float weight = events.weight();
   CellMoments m{};
   BlockEdge edge{};
   float band_px = 0;
   float max_band_px = 1e9F;
-  float free_events = 0;
   for (int round = 0; round < kRefineRounds; ++round) {
-    free_events = sum_block(cloud, seed.block, owner, ox, oy, round == 0 ? nullptr : &edge, band_px, &m);
-    if (m.n < static_cast<float>(options.min_events) || !edge_of(m, &edge)) return false;
+    m = events.sum(round == 0 ? nullptr : &edge, band_px);
+    if (m.n * weight < static_cast<float>(options.min_events) || !edge_of(m, &edge)) return false;
     const float sigma = std::sqrt(std::max(edge.across, kMinVariancePx2));
     if (round == 0 && edge.across > kTwinVariancePx2) {
-      const float apart = choose_twin(cloud, seed.block, owner, ox, oy, &edge);
+      const float apart = choose_twin(events, &edge);
       if (apart > 0) max_band_px = apart;
     }
     band_px = round == 0 ? std::clamp(2.2F * sigma, 2.0F, 4.0F) : std::clamp(2.5F * sigma, 1.5F, 2.8F);
     band_px = std::min(band_px, max_band_px);
   }
   if (edge.across > options.max_variance_px2 || edge.along < options.min_elongation * std::max(edge.across, 1.0F) ||
-      m.n < options.min_share * free_events ||
-      !stands_out(m, free_events, band_px, cloud.noise_floor[is_on ? 1 : 0], options)) {
+      m.n < options.min_share * static_cast<float>(events.count()) ||
+      !stands_out(m, events, band_px, cloud.noise_floor[is_on ? 1 : 0], options)) {
     return false;
   }
   MovingLine line;
@@ -261,7 +290,7 @@ bool refine_seed(const EventCloud& cloud, const SeedOptions& options, const Cell
   line.high[0] = line.high[1] = kCell;
   line.thickness_px = std::sqrt(std::max(edge.across, kMinVariancePx2));
   line.polarities = is_on ? 2 : 1;
-  line.events = static_cast<std::uint32_t>(m.n);
+  line.events = static_cast<std::uint32_t>(m.n * weight);
   *out = line;
   return true;
 }

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include "lecalib/core/event_cloud.hpp"
@@ -24,8 +26,94 @@ namespace detail {
 /// A pixel covers this much on each side of its coordinates, px.
 inline constexpr float kHalfPixel = 0.5F;
 
+/// Whether vector units compute several events at once.
+#if defined(__SSE__) || defined(__aarch64__)
+inline constexpr bool kSideBySide = true;
+#else
+inline constexpr bool kSideBySide = false;
+#endif
+
 /// Events that are looked at in one go.
-inline constexpr std::size_t kNearBlock = 32;
+inline constexpr std::size_t kNearBlock = 16;
+
+/// Where a block of events stands to a line.
+class NearBlock {
+ public:
+  /// Looks for events with s in [s0, s1) and |residual| <= band_px.
+  NearBlock(const MovingLine& line, float s0, float s1, float band_px) noexcept
+      : ux_(line.ux),
+        uy_(line.uy),
+        along_origin_(line.cx * line.ux + line.cy * line.uy),
+        across_origin_(line.cy * line.ux - line.cx * line.uy),
+        offset_(line.m[0]),
+        slope_(line.m[1] * kAlongUnit),
+        motion_(line.m[2]),
+        turn_(line.m[3] * kAlongUnit),
+        bend_(line.m[4] * kAlongUnit * kAlongUnit),
+        s0_(s0),
+        s1_(s1),
+        band_px_(band_px) {}
+
+  /// Calls visit for those among the events first, first + stride, ..., at most kNearBlock, that are near.
+  template <class Visit>
+  void look(const EventCloud& cloud, std::uint32_t first, std::uint32_t stride, std::size_t count, Visit& visit) {
+    // Most events of the cells are not near, and which are is not to be guessed: no branch on it.
+    std::size_t found = 0;
+    if constexpr (kSideBySide) {
+      const std::uint16_t* x = cloud.x.data() + first;
+      const std::uint16_t* y = cloud.y.data() + first;
+      const std::uint16_t* t = cloud.t.data() + first;
+      if (stride > 1 || first + kNearBlock > cloud.size()) {
+        for (std::size_t k = 0; k < count; ++k) {
+          x_[k] = x[stride * k];
+          y_[k] = y[stride * k];
+          t_[k] = t[stride * k];
+        }
+        x = x_, y = y_, t = t_;
+      }
+      for (std::size_t k = 0; k < kNearBlock; ++k) near_[k] = place(x[k], y[k], t[k], k);
+      for (std::size_t k = 0; k < count; ++k) {
+        found_[found] = static_cast<std::uint32_t>(k);
+        found += near_[k];
+      }
+      for (std::size_t n = 0; n < found; ++n) visit(event(first + stride * found_[n], found_[n]));
+    } else {
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t i = first + stride * k;
+        found_[found] = static_cast<std::uint32_t>(i);
+        found += place(cloud.x[i], cloud.y[i], cloud.t[i], found);
+      }
+      for (std::size_t n = 0; n < found; ++n) visit(event(found_[n], n));
+    }
+  }
+
+ private:
+  std::uint32_t place(std::uint16_t px, std::uint16_t py, std::uint16_t ticks, std::size_t at) noexcept {
+    const auto x = static_cast<float>(px);
+    const auto y = static_cast<float>(py);
+    const float tau = EventCloud::tau_of(ticks);
+    const float s = x * ux_ + y * uy_ - along_origin_;
+    const float d = y * ux_ - x * uy_ - across_origin_;
+    const float r = d - (offset_ + s * (slope_ + s * bend_) + tau * (motion_ + s * turn_));
+    along_[at] = s;
+    across_[at] = d;
+    tau_[at] = tau;
+    residual_[at] = r;
+    return static_cast<std::uint32_t>(s >= s0_) & static_cast<std::uint32_t>(s < s1_) &
+           static_cast<std::uint32_t>(std::fabs(r) <= band_px_);
+  }
+
+  [[nodiscard]] LineEvent event(std::uint32_t index, std::size_t at) const noexcept {
+    return {index, along_[at], across_[at], tau_[at], residual_[at]};
+  }
+
+  float ux_, uy_, along_origin_, across_origin_;
+  float offset_, slope_, motion_, turn_, bend_;  // the line's coefficients, by px along it
+  float s0_, s1_, band_px_;
+  std::uint16_t x_[kNearBlock] = {}, y_[kNearBlock] = {}, t_[kNearBlock] = {};
+  float along_[kNearBlock], across_[kNearBlock], tau_[kNearBlock], residual_[kNearBlock];
+  std::uint32_t near_[kNearBlock], found_[kNearBlock];
+};
 
 /// Columns of cells that a convex quadrilateral touches in one row of the grid; false when it does not.
 struct Quadrilateral {
@@ -91,6 +179,7 @@ void for_each_near_line(const EventCloud& cloud, const MovingLine& line, float s
     const float top = std::min(std::min(area.y[0], area.y[1]), std::min(area.y[2], area.y[3]));
     const float bottom = std::max(std::max(area.y[0], area.y[1]), std::max(area.y[2], area.y[3]));
     if (bottom < 0 || top > static_cast<float>(cloud.height)) continue;
+    detail::NearBlock block(line, piece, piece_end, band_px);
     const int first_row = std::max(0, static_cast<int>(top + detail::kHalfPixel) >> kCloudCellShift);
     const int last_row = std::min(cloud.rows - 1, static_cast<int>(bottom + detail::kHalfPixel) >> kCloudCellShift);
     for (int row = first_row; row <= last_row; ++row) {
@@ -105,20 +194,9 @@ void for_each_near_line(const EventCloud& cloud, const MovingLine& line, float s
         std::uint32_t i = cells[first_col];
         if (stride > 1) i = (i + stride - 1) / stride * stride;
         while (i < end) {
-          // Most events of the cells are not near, and which are is not to be guessed: no branch on it.
-          LineEvent near[detail::kNearBlock];
-          std::size_t count = 0;
-          const std::uint32_t block_end = std::min(end, i + stride * static_cast<std::uint32_t>(detail::kNearBlock));
-          for (; i < block_end; i += stride) {
-            const float s = line.along(cloud.x[i], cloud.y[i]);
-            const float d = line.across(cloud.x[i], cloud.y[i]);
-            const float tau = cloud.tau(i);
-            const float residual = d - line.offset(s, tau);
-            near[count] = {i, s, d, tau, residual};
-            count += static_cast<std::size_t>(s >= piece) & static_cast<std::size_t>(s < piece_end) &
-                     static_cast<std::size_t>(residual <= band_px) & static_cast<std::size_t>(residual >= -band_px);
-          }
-          for (std::size_t k = 0; k < count; ++k) visit(near[k]);
+          const std::size_t count = std::min<std::size_t>((end - i + stride - 1) / stride, detail::kNearBlock);
+          block.look(cloud, i, stride, count, visit);
+          i += stride * static_cast<std::uint32_t>(count);
         }
       }
     }

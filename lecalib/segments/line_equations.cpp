@@ -58,7 +58,7 @@ struct Block {
   Block(const ListedEvents& events, std::size_t first) {
     for (int lane = 0; lane < kLanes; ++lane) {
       const std::size_t k = first + static_cast<std::size_t>(lane);
-      const std::size_t i = k < events.count ? k : 0;
+      const std::size_t i = k < events.count ? k * events.stride : 0;
       s_px[lane] = events.along[i];
       d[lane] = events.across[i];
       t[lane] = events.tau[i];
@@ -95,7 +95,8 @@ struct LineEquations::Lanes {
       for (int lane = 0; lane < kLanes; ++lane) {
         float column[kNumColumns] = {};
         for (auto k = static_cast<std::size_t>(lane); k < events.count; k += kLanes) {
-          add(events.along[k], events.tau[k], events.across[k], 1.0F, column);
+          const std::size_t i = k * events.stride;
+          add(events.along[i], events.tau[i], events.across[i], 1.0F, column);
         }
         for (int i = 0; i < kNumColumns; ++i) sums[i][lane] = column[i];
       }

@@ -17,12 +17,13 @@ struct LinePriors {
   float bend_mean_px = 0;  ///< what is expected of m4, px at 64 px; of the others it is 0
 };
 
-/// Events along a line, as growing and fitting list them.
+/// Events along a line, as growing and fitting list them, or every so manieth of them.
 struct ListedEvents {
-  const float* along;   ///< [count] s, px
-  const float* across;  ///< [count] d, px
-  const float* tau;     ///< [count]
+  const float* along;   ///< [(count - 1) * stride + 1] s, px
+  const float* across;  ///< [as along] d, px
+  const float* tau;     ///< [as along]
   std::size_t count;
+  std::size_t stride = 1;
 };
 
 /// What the events of a weighted fit amount to.

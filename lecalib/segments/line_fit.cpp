@@ -6,6 +6,7 @@
 
 #include "lecalib/math/chance.hpp"
 #include "lecalib/segments/corridor.hpp"
+#include "lecalib/segments/event_list.hpp"
 #include "lecalib/segments/event_weight.hpp"
 #include "lecalib/segments/line_kink.hpp"
 
@@ -14,6 +15,10 @@ namespace {
 
 constexpr float kWideBandPx = 5;  // events that the robust fit chooses from
 constexpr int kFitRounds = 3;
+constexpr std::size_t kNearingEvents = 400;   // that a round takes at most, but the last
+constexpr std::uint32_t kSampleEvents = 200;  // of a line that are fitted before the others ...
+constexpr std::uint32_t kSamplesWorth = 2;    // ... where there are so many times as many
+constexpr float kSampleTolerance = 1.15F;     // of the limit of thickness: a sample scatters
 
 constexpr int kMaxParts = 3;  // a line is cut at a kink that often, less one
 
@@ -43,10 +48,12 @@ class LineFitter {
   /// @param[out] kink_px  where the line turns off, written when the outcome is kinked
   FitOutcome fit(float* kink_px) {
     recentre(&line_);
-    collect();
-    set_shared_aside();
+    if (line_.events >= kSamplesWorth * kSampleEvents && is_texture()) return FitOutcome::too_thick;
+    collect(options_.max_fit_events);
     if (count_ * stride_ < options_.min_events) return FitOutcome::too_few_events;
     FitOutcome outcome = fit_robustly();
+    if (outcome == FitOutcome::accepted && line_.thickness_px > options_.max_thickness_px)
+      outcome = FitOutcome::too_thick;
     if (outcome == FitOutcome::accepted && has_kink(kink_px)) outcome = FitOutcome::kinked;
     if (outcome == FitOutcome::accepted) outcome = judge_support();
     if (outcome == FitOutcome::accepted) outcome = find_extents();
@@ -58,25 +65,24 @@ class LineFitter {
   [[nodiscard]] const MovingLine& line() const { return line_; }
 
  private:
-  /// Lists the events near to the line; of more than are needed, an even share.
-  void collect() {
-    stride_ = std::max<std::uint32_t>(1, line_.events / std::max<std::uint32_t>(1, options_.max_fit_events));
-    const float from = line_.lowest() - kBeyondEndsPx;
-    const float to = line_.highest() + kBeyondEndsPx;
-    const std::size_t room = ws_.along.size();
-    bool fits = false;
-    while (!fits) {
-      std::size_t found = 0;
-      for_each_near_line(cloud_, line_, from, to, kWideBandPx, line_.polarities, stride_, [&](const LineEvent& event) {
-        if (!may_take(event) || ++found > room) return;
-        ws_.along[found - 1] = event.along_px;
-        ws_.across[found - 1] = event.across_px;
-        ws_.tau[found - 1] = event.tau;
-      });
-      fits = found <= room;
-      count_ = std::min(found, room);
-      if (!fits) stride_ *= 2;
-    }
+  /// Whether a fit to a few of the line's events already is too thick: that tells most texture from edges at a fraction
+  /// of the cost.
+  bool is_texture() {
+    const MovingLine estimate = line_;
+    collect(kSampleEvents);
+    const bool is_thick =
+        fit_robustly() == FitOutcome::accepted && line_.thickness_px > kSampleTolerance * options_.max_thickness_px;
+    line_ = estimate;
+    return is_thick;
+  }
+
+  /// Lists the events near to the line; of more than are wanted, an even share.
+  void collect(std::uint32_t wanted) {
+    stride_ = std::max<std::uint32_t>(1, line_.events / std::max<std::uint32_t>(1, wanted));
+    const ListedArea area{line_.lowest() - kBeyondEndsPx, line_.highest() + kBeyondEndsPx, kWideBandPx};
+    count_ =
+        list_near_line(cloud_, line_, area, ws_, &stride_, [&](const LineEvent& event) { return may_take(event); });
+    set_shared_aside();
   }
 
   [[nodiscard]] bool may_take(const LineEvent& event) const {
@@ -103,17 +109,19 @@ class LineFitter {
   FitOutcome fit_robustly() {
     for (int round = 0; round < kFitRounds; ++round) {
       const float band_px = band();
+      // The last round counts; those before only bring the line near.
+      const std::size_t step = round + 1 < kFitRounds ? 1 + clear_ / kNearingEvents : 1;
       LineEquations equations;
-      const WeightedSupport support =
-          equations.add_near({ws_.along.data(), ws_.across.data(), ws_.tau.data(), clear_}, line_, band_px);
-      if (support.events * stride_ < options_.min_events / 2) return FitOutcome::too_few_events;
+      const WeightedSupport support = equations.add_near(
+          {ws_.along.data(), ws_.across.data(), ws_.tau.data(), (clear_ + step - 1) / step, step}, line_, band_px);
+      if (support.events * step * stride_ < options_.min_events / 2) return FitOutcome::too_few_events;
       const float variance = support.square / (support.weight * kWeightedVariance) * (band_px * band_px);
       line_.thickness_px = std::sqrt(variance);
       if (!equations.solve(claim_.shared.priors(options_.priors, line_), 1, line_.m, line_.covariance))
         return FitOutcome::no_solution;
       for (float& entry : line_.covariance) entry *= variance * kVarianceInflation;
     }
-    return line_.thickness_px > options_.max_thickness_px ? FitOutcome::too_thick : FitOutcome::accepted;
+    return FitOutcome::accepted;
   }
 
   bool has_kink(float* at_px) const {

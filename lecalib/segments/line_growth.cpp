@@ -16,7 +16,7 @@ constexpr float kMaxStepPx = 64;
 constexpr float kBinPx = 4;
 constexpr int kMaxBins = static_cast<int>(kMaxStepPx / kBinPx);
 /// Events per px of line that growth needs; of more, an even share is looked at.
-constexpr float kEnoughPerPx = 4;
+constexpr float kEnoughPerPx = 3;
 constexpr int kMaxBridges = 2;       // steps in a row that see other lines' events only
 constexpr float kBorderPx = 8;       // beyond the sensor's border nothing is to be found
 constexpr float kPriorVariance = 1;  // of the events' distance while the thickness is unknown, px^2
@@ -50,7 +50,8 @@ class LineGrower {
       line_.events = static_cast<std::uint32_t>(count_);
       count_ = 0;
     }
-    stride_ = static_cast<std::uint32_t>(std::max(1.0F, static_cast<float>(line_.events) / (kEnoughPerPx * length())));
+    stride_ =
+        static_cast<std::uint32_t>(std::max(1.0F, static_cast<float>(line_.events) / (kEnoughPerPx * length()) + 0.5F));
     gather(line_.low[0], line_.high[0], line_.polarities, 1);
     if (count_ * stride_ < options_.min_events) return false;
     accept_from(0);
@@ -188,7 +189,7 @@ class LineGrower {
     for (int& bin : foreign_) bin = 0;
     gather(from, to, line_.polarities, side);
     Reach reach = measure(first, from, to, side);
-    if (!reach.to_the_end) reach = try_other_polarity(reach, first, from, to, side);
+    if (!reach.to_the_end && step <= kMinStepPx) reach = try_other_polarity(reach, first, from, to, side);
     if (reach.to_the_end && !reach.supported) {
       if (!shared_.hold(line_, 0.5F * (from + to), 0)) ++state.bridges;
       reach.to_the_end = state.bridges <= kMaxBridges;

@@ -12,6 +12,22 @@ constexpr int kMinKinkColumns = 8;
 constexpr int kSmoothTerms = 5;  // 1, u, ..., u^4
 constexpr int kMargin = 2;       // columns at either end where a hinge could follow a single column
 
+/// Product of a hinge max(0, u - c) with a vector over the columns, from sums over the columns behind c.
+struct HingeProduct {
+  float sum = 0, moment = 0;
+
+  void add(float weight, float u, float value) noexcept {
+    sum += weight * value;
+    moment += weight * value * u;
+  }
+  [[nodiscard]] float with(float hinge) const noexcept { return moment - hinge * sum; }
+};
+
+/// With the vectors that a search for a kink needs: 1, u, the means and the smooth terms.
+struct HingeSums {
+  HingeProduct one, unit, mean, smooth[kSmoothTerms];
+};
+
 }  // namespace
 
 KinkFinder::KinkFinder(float low_px, float high_px) noexcept : low_px_(low_px) {
@@ -62,17 +78,26 @@ bool KinkFinder::find(const KinkOptions& options, float variance, float* at_px) 
   if (!remove_smooth_part(smooth, kSmoothTerms)) return false;
   const float unexplained = dot(mean_, mean_);
 
+  // Products of each hinge with the rest, from the sums over the columns behind it, hinge by hinge from the end on.
   float best = 0;
   float best_slope = 0;
   int best_column = 0;
-  for (int at = kMargin; at < count_ - kMargin; ++at) {
-    float hinge[kMaxColumns];
-    for (int i = 0; i < count_; ++i) hinge[i] = i > at ? unit_position(i) - unit_position(at) : 0;
-    for (const auto& v : smooth) remove(v, hinge);
-    const float square = dot(hinge, hinge);
-    if (!(square > 0)) continue;
-    const float slope = dot(hinge, mean_) / square;
-    if (slope * slope * square <= best) continue;
+  HingeSums sums;
+  for (int at = count_ - 2; at >= kMargin; --at) {
+    const float u = unit_position(at + 1);
+    sums.one.add(weight_[at + 1], u, 1);
+    sums.unit.add(weight_[at + 1], u, u);
+    sums.mean.add(weight_[at + 1], u, mean_[at + 1]);
+    const float hinge = unit_position(at);
+    float square = sums.unit.with(hinge) - hinge * sums.one.with(hinge);
+    for (int term = 0; term < kSmoothTerms; ++term) {
+      sums.smooth[term].add(weight_[at + 1], u, smooth[term][at + 1]);
+      const float part = sums.smooth[term].with(hinge);
+      square -= part * part;
+    }
+    if (at >= count_ - kMargin || !(square > 0)) continue;
+    const float slope = sums.mean.with(hinge) / square;
+    if (slope * slope * square < best) continue;
     best = slope * slope * square;
     best_slope = slope;
     best_column = at;

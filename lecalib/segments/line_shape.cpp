@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lecalib/segments/corridor.hpp"
+#include "lecalib/segments/event_list.hpp"
 #include "lecalib/segments/event_weight.hpp"
 #include "lecalib/segments/shape_cells.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 constexpr float kColumnPx = 12;
 constexpr int kMinColumns = 4;
 constexpr float kMinHalfLengthPx = 8;
-constexpr std::uint32_t kFirstRoundEvents = 2000;  // it only brings the shape near
+constexpr std::size_t kFirstRoundEvents = 500;  // it only brings the shape near
 
 constexpr float kShapeMarginPx = 2;  // by which the shape may stray from the fitted line
 
@@ -50,9 +50,9 @@ class ShapeFitter {
   void fit() {
     // Until it is solved, sigma is that of the events.
     equations_ = ShapeEquations(variance_);
+    list_events();
     for (int round = 0; round < 2; ++round) {
-      const std::uint32_t wanted = round == 0 ? std::min(kFirstRoundEvents, options_.max_events) : options_.max_events;
-      collect(std::max<std::uint32_t>(1, line_.events / std::max<std::uint32_t>(1, wanted)));
+      sum_cells(round == 0 ? 1 + listed_ / kFirstRoundEvents : 1);
       if (!(weight_ > 0)) return;
       if (round > 0) misfit2_ = cells_.misfit2(variance_);
       ShapeEquations equations;
@@ -131,25 +131,33 @@ class ShapeFitter {
            (equations_.variance(position(line_.low[end]), tau) + equations_.variance(position(line_.high[end]), tau));
   }
 
-  void collect(std::uint32_t stride) {
+  /// Lists the events near to the line, with u in the place of s.
+  void list_events() {
+    const float margin = weight_band(line_.thickness_px) + kShapeMarginPx;
+    std::uint32_t stride = std::max<std::uint32_t>(1, line_.events / std::max<std::uint32_t>(1, options_.max_events));
+    listed_ = list_near_line(
+        cloud_, line_, {shape_.low_px(), shape_.high_px(), margin}, ws_, &stride, [&](const LineEvent& event) {
+          const std::uint8_t owner = ws_.owner[event.index];
+          return (owner == 0 || owner == line_.id) && !shared_.hold(line_, event.along_px, event.tau);
+        });
+    for (std::size_t k = 0; k < listed_; ++k) ws_.along[k] = position(ws_.along[k]);
+  }
+
+  /// Sums up the residuals of one in `step` of the listed events.
+  void sum_cells(std::size_t step) {
     cells_.clear();
     const float band = weight_band(std::sqrt(variance_));
     const float per_band2 = 1 / (band * band);
     float weighted_square = 0;
     weight_ = 0;
-    for_each_near_line(cloud_, line_, shape_.low_px(), shape_.high_px(), band + kShapeMarginPx, line_.polarities,
-                       stride, [&](const LineEvent& event) {
-                         const std::uint8_t owner = ws_.owner[event.index];
-                         if (owner != 0 && owner != line_.id) return;
-                         if (shared_.hold(line_, event.along_px, event.tau)) return;
-                         const float u = position(event.along_px);
-                         const float r = event.across_px - shape_at(shape_.terms, u, event.tau);
-                         const float weight = 1 - r * r * per_band2;
-                         if (weight <= 0) return;
-                         cells_.add(u, event.tau, weight, r);
-                         weighted_square += weight * r * r;
-                         weight_ += weight;
-                       });
+    for (std::size_t k = 0; k < listed_; k += step) {
+      const float r = ws_.across[k] - shape_at(shape_.terms, ws_.along[k], ws_.tau[k]);
+      const float weight = 1 - r * r * per_band2;
+      if (weight <= 0) continue;
+      cells_.add(ws_.along[k], ws_.tau[k], weight, r);
+      weighted_square += weight * r * r;
+      weight_ += weight;
+    }
     if (weight_ > 0) variance_ = std::max(weighted_square / (weight_ * kWeightedVariance), 1e-4F);
   }
 
@@ -183,6 +191,7 @@ class ShapeFitter {
   LineShape shape_;
   float change_[kNumShapeTerms] = {};  // by the last solution
   ShapeCells cells_;
+  std::size_t listed_ = 0;  // events in the lists
   float weight_ = 0;
   float variance_;     // of the events' distance, px^2
   float misfit2_ = 0;  // of the cells' means, px^2

@@ -30,7 +30,7 @@ struct LineShapeOptions {
   float higher_bend_share = 0.15F;
   float least_bend_change_px = 0.03F;
   float least_bend_px = 0.02F;
-  std::uint32_t max_events = 20000;  ///< the fit takes at most about so many, evenly chosen
+  std::uint32_t max_events = 4000;  ///< the fit takes at most about so many, evenly chosen
   /// Part of sigma that does not shrink with the number of events, px: an edge's events are late together, by its
   /// contrast and the scene's light. And its growth on sparse edges, px^2 times events per px^2 swept.
   float systematic_px = 0.46F;

@@ -15,7 +15,8 @@ constexpr unsigned kCountOne = 1U << kSlices;
 constexpr unsigned kMaxSliceCount = 255;
 constexpr int kMotionStepPx = 2;  // along the line, during the window
 constexpr int kMaxMotionPx = 12;
-constexpr int kNumMotions = 2 * kMaxMotionPx / kMotionStepPx + 1;
+constexpr int kLeastMotionPx = 4;  // less moves no slice by a pixel
+constexpr int kNumMotions = 2 * ((kMaxMotionPx - kLeastMotionPx) / kMotionStepPx + 1) + 1;
 constexpr int kLongRunPx = 4;  // longer runs of empty pixels are what is asked for: they do not count as usual
 constexpr float kBandSigmas = 2.5F;
 constexpr float kMinBandPx = 1.2F;
@@ -71,6 +72,7 @@ class EdgeRow {
     if (static_cast<float>(longest_still_run()) < options_.min_gap_px) return false;
     float best = 0;
     for (int motion = -kMaxMotionPx; motion <= kMaxMotionPx; motion += kMotionStepPx) {
+      if (motion != 0 && motion > -kLeastMotionPx && motion < kLeastMotionPx) continue;
       const Gaps gaps = measure(motion);
       if (gaps.longest < gaps.least || gaps.surprise <= best) continue;
       best = gaps.surprise;

@@ -17,17 +17,6 @@ void ShapeCells::clear() noexcept {
   for (ShapeCell& cell : cells_) cell = {};
 }
 
-void ShapeCells::add(float u, float tau, float weight, float residual) noexcept {
-  const int column = std::clamp(static_cast<int>((u + 1) * 0.5F * static_cast<float>(columns_)), 0, columns_ - 1);
-  const int slot = std::clamp(static_cast<int>((tau + 1) * (0.5F * kSlots)), 0, kSlots - 1);
-  ShapeCell& cell = cells_[column * kSlots + slot];
-  cell.events += 1;
-  cell.weight += weight;
-  cell.u += weight * u;
-  cell.tau += weight * tau;
-  cell.residual += weight * residual;
-}
-
 float ShapeCells::variance(const ShapeCell& cell, float variance, float misfit2) noexcept {
   return variance * kVarianceInflation / cell.weight + misfit2;
 }

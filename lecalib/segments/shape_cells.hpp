@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+
 #include "lecalib/segments/shape_equations.hpp"
 
 namespace lecalib {
@@ -19,10 +21,19 @@ class ShapeCells {
   static constexpr int kMaxCells = kMaxColumns * kSlots;
 
   /// @param columns along the line, 1 to kMaxColumns
-  explicit ShapeCells(int columns) : columns_(columns) {}
+  explicit ShapeCells(int columns) : columns_(columns), half_columns_(0.5F * static_cast<float>(columns)) {}
 
   void clear() noexcept;
-  void add(float u, float tau, float weight, float residual) noexcept;
+  void add(float u, float tau, float weight, float residual) noexcept {
+    const int column = std::clamp(static_cast<int>((u + 1) * half_columns_), 0, columns_ - 1);
+    const int slot = std::clamp(static_cast<int>((tau + 1) * (0.5F * kSlots)), 0, kSlots - 1);
+    ShapeCell& cell = cells_[column * kSlots + slot];
+    cell.events += 1;
+    cell.weight += weight;
+    cell.u += weight * u;
+    cell.tau += weight * tau;
+    cell.residual += weight * residual;
+  }
   /// Adds the cells' mean residuals to the equations. @param variance  of one residual, px^2, see variance()
   void add_to(ShapeEquations* equations, float variance, float misfit2) const noexcept;
   /// How much the cells' means scatter beyond what the number of residuals in them explains, px^2: what the shape does
@@ -38,6 +49,7 @@ class ShapeCells {
 
  private:
   int columns_;
+  float half_columns_;
   ShapeCell cells_[kMaxCells] = {};
 };
 

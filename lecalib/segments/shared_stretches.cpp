@@ -53,9 +53,9 @@ float SharedStretches::share_of(const MovingLine& line) const noexcept {
   return static_cast<float>(shared) / (3 * kPlaces);
 }
 
-bool SharedStretches::may_have(const MovingLine& line, std::uint8_t owner, float s_px, float tau) const noexcept {
+bool SharedStretches::is_other(std::uint8_t owner) const noexcept {
   for (int i = 0; i < count_; ++i) {
-    if (others_[i]->id == owner) return hold(line, s_px, tau);
+    if (others_[i]->id == owner) return true;
   }
   return false;
 }
@@ -72,7 +72,7 @@ LinePriors SharedStretches::priors(const LinePriors& of_any, const MovingLine& l
   return out;
 }
 
-bool SharedStretches::hold(const MovingLine& line, float s_px, float tau) const noexcept {
+bool SharedStretches::any_holds(const MovingLine& line, float s_px, float tau) const noexcept {
   const float d = line.offset(s_px, tau);
   const float x = line.x(s_px, d);
   const float y = line.y(s_px, d);

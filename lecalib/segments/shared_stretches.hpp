@@ -40,15 +40,22 @@ class SharedStretches {
   [[nodiscard]] LinePriors priors(const LinePriors& of_any, const MovingLine& line) const noexcept;
 
   /// Whether the line may have an event of another owner, which neighbours of it took: in a shared stretch only.
-  [[nodiscard]] bool may_have(const MovingLine& line, std::uint8_t owner, float s_px, float tau) const noexcept;
+  [[nodiscard]] bool may_have(const MovingLine& line, std::uint8_t owner, float s_px, float tau) const noexcept {
+    return !empty() && is_other(owner) && any_holds(line, s_px, tau);
+  }
   /// Whether the place at s along `line` lies in one. It is that of the line, not of an event: which events are left
   /// out must not depend on where they scatter.
-  [[nodiscard]] bool hold(const MovingLine& line, float s_px, float tau) const noexcept;
+  [[nodiscard]] bool hold(const MovingLine& line, float s_px, float tau) const noexcept {
+    return !empty() && any_holds(line, s_px, tau);
+  }
 
   /// How much of the line they hold, 0 to 1.
   [[nodiscard]] float share_of(const MovingLine& line) const noexcept;
 
  private:
+  [[nodiscard]] bool is_other(std::uint8_t owner) const noexcept;
+  [[nodiscard]] bool any_holds(const MovingLine& line, float s_px, float tau) const noexcept;
+
   static constexpr int kMaxOthers = 6;  // of more, those that were found last count for nothing
   const MovingLine* others_[kMaxOthers] = {};
   float reach_px_[kMaxOthers] = {};
