@@ -348,7 +348,7 @@ TEST_CASE("lecalib calibrate: a refusal says what the recording lacks") {
     CHECK(run.err.find("tilt the object") != std::string::npos);
     CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
     const auto coverage = json_of(folder / "calibration.json")["diagnostics"]["coverage"];
-    CHECK(coverage["tilt_deg"] < 10);
+    CHECK(coverage["tilt_deg"] < 20);  // as seen by a camera that is not determined
     CHECK(coverage["covered_share"] > 0.5);
   }
 }

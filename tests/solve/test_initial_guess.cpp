@@ -132,5 +132,17 @@ TEST_CASE("views are classified by what they tell about the principal point") {
   CHECK(classify(repeated) == ViewGeometry::one_plane_pose);
 }
 
+TEST_CASE("a start knows its views' geometry as the views by themselves tell it") {
+  for (const double half_z : {0.0, 1.0}) {
+    for (const int num_views : {1, 4}) {
+      const test::SyntheticViews s = make_views(-0.1, 0.02, half_z, num_views, 0.3, 12);
+      Search search;
+      REQUIRE(search.run(s) == Status::ok);
+      const ViewGeometry expected = classify_views(s.data(), search.views, search.moments, search.lines);
+      CHECK(search.guess.geometry() == expected);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lecalib

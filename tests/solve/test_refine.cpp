@@ -288,6 +288,29 @@ TEST_CASE("every way to stop") {
   for (int i = 0; i <= 5; ++i) CHECK(std::string(to_string(static_cast<StopReason>(i))) != "unknown");
 }
 
+TEST_CASE("the step that is too small for new equations is made at the end, and brings the camera nearer") {
+  Problem exact = make_problem(3, 0.5, 0.1, 6);
+  RefineOptions strict;
+  strict.decrease_tolerance = 1e-15;
+  exact.init(no_priors(), strict);
+  REQUIRE(exact.run() == Status::ok);
+  Problem p = make_problem(3, 0.5, 0.1, 6);
+  RefineOptions loose;
+  loose.decrease_tolerance = 1e-4;
+  p.init(no_priors(), loose);
+  REQUIRE(p.run() == Status::ok);
+  REQUIRE(p.refiner.reason() == StopReason::small_decrease);
+  const auto distance = [&] { return std::abs(p.refiner.camera().fx - exact.refiner.camera().fx); };
+  const auto pose_distance = [&] {
+    return (translation_of(p.views[0].pose) - translation_of(exact.views[0].pose)).norm();
+  };
+  const double before = distance();
+  const double pose_before = pose_distance();
+  p.refiner.make_last_step();
+  CHECK(distance() < 0.5 * before);
+  CHECK(pose_distance() < 0.5 * pose_before);
+}
+
 TEST_CASE("a point whose line has no image costs a constant and is counted") {
   Problem p = make_problem(2, 0.0, 0.0, 7);
   p.start = p.scene.camera;

@@ -20,6 +20,7 @@ TEST_CASE("depth, cost and domain of the points of a view") {
   CHECK(seen.points == 36);
   CHECK(seen.in_front == 36);
   CHECK(seen.cost < 1e-12);
+  CHECK(count_in_front(s.data(), s.views[0], s.camera, pose) == 36);
 
   // The same images come from the object mirrored through the camera's centre.
   Visibility mirrored;
@@ -31,6 +32,7 @@ TEST_CASE("depth, cost and domain of the points of a view") {
   }
   add_visibility(turned.data(), s.views[0], s.camera, behind, 100.0, &mirrored);
   CHECK(mirrored.in_front == 0);
+  CHECK(count_in_front(turned.data(), s.views[0], s.camera, behind) == 0);
   CHECK(mirrored.cost < 1e-12);
 
   Visibility off;
