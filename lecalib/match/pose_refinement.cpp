@@ -11,8 +11,6 @@ namespace lecalib {
 namespace {
 
 using Vec4 = Eigen::Matrix<double, 4, 1>;
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Mat4 = Eigen::Matrix<double, 4, 4>;
 using Mat64 = Eigen::Matrix<double, 6, 4>;
 

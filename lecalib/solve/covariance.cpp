@@ -11,7 +11,6 @@
 namespace lecalib {
 namespace {
 
-using Mat9 = Eigen::Matrix<double, 9, 9>;
 using RowMat9 = Eigen::Matrix<double, 9, 9, Eigen::RowMajor>;
 
 /// With fewer degrees of freedom than this small residuals prove nothing, and the given sigmas are not narrowed.

@@ -9,8 +9,6 @@
 
 namespace lecalib {
 
-using Mat9 = Eigen::Matrix<double, 9, 9>;
-
 /// Adds what one view of the whole model tells about the intrinsics, its pose eliminated. Three points stand for each
 /// line; those behind the camera or outside of the image tell nothing.
 /// @param sigma_px of a point across its line, > 0

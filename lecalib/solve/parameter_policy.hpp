@@ -28,8 +28,6 @@
 
 namespace lecalib {
 
-using Vec9 = Eigen::Matrix<double, 9, 1>;
-
 /// What is held and assumed, per intrinsic in the order of kIntrinsics.
 struct ParameterPolicy {
   DistortionModel model = DistortionModel::brown;

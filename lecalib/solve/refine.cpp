@@ -21,8 +21,6 @@
 namespace lecalib {
 namespace {
 
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-
 constexpr double kInitialDamping = 1e-4;
 constexpr double kMaxDamping = 1e10;
 /// Below it a step is nearly Gauss-Newton's, so that a small predicted decrease means convergence and not mere caution.

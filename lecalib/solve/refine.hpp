@@ -18,7 +18,6 @@
 
 namespace lecalib {
 
-using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Mat69 = Eigen::Matrix<double, 6, 9>;
 
 /// Why a refinement stopped. Values are stable.

@@ -10,8 +10,6 @@
 namespace lecalib {
 namespace {
 
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-
 /// Least share of a point's variance that a fit is taken to leave: below, the point alone decides something.
 constexpr double kMinLeft = 1e-3;
 

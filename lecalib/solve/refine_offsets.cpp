@@ -10,8 +10,6 @@
 namespace lecalib {
 namespace {
 
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-
 Eigen::Map<Vec9> camera_row(const EdgeOffsetWorkspace& ws, std::size_t i) {
   return Eigen::Map<Vec9>(&ws.by_camera[kNumIntrinsics * i]);
 }

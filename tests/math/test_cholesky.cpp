@@ -10,8 +10,6 @@
 namespace lecalib {
 namespace {
 
-using Mat6 = Eigen::Matrix<double, 6, 6>;
-
 Mat6 random_definite(Rng& rng) {
   Mat6 A;
   for (int i = 0; i < 6; ++i) {

@@ -12,8 +12,6 @@
 namespace lecalib {
 namespace {
 
-using Mat9 = Eigen::Matrix<double, 9, 9>;
-using Vec9 = Eigen::Matrix<double, 9, 1>;
 using Dynamic = Eigen::MatrixXd;
 
 /// A symmetric matrix with these eigenvalues; its first eigenvector goes to *first.

@@ -14,7 +14,6 @@ namespace lecalib {
 namespace {
 
 using test::SyntheticViews;
-using Mat9 = Eigen::Matrix<double, 9, 9>;
 
 SyntheticViews box_views(double fy, double noise_px) {
   Rng rng(11);
