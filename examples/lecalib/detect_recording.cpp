@@ -152,7 +152,7 @@ void detect_recording(const DetectOptions& options) {
   const Memory& memory = detection.memory();
   WindowSource windows(&file, options.range, options.max_rate_per_s, memory.window_events);
   Picture picture(options);
-  host::LinesCsv csv;
+  host::LinesCsv csv(file.sensor());
   Progress progress("detecting lines");
   EventWindow window;
   for (std::size_t index = 0; windows.next(&window); ++index) {

@@ -35,7 +35,7 @@ EventLine example() {
 TEST_CASE("each line gives a row per window end, paired by its id") {
   std::vector<EventLine> lines = {example(), example()};
   lines[0].bend_px = lines[1].bend_px = -kMaxRowBendPx;
-  LinesCsv csv;
+  LinesCsv csv({240, 180});
   csv.add({1000, 6000, {lines.data(), 1}});
   csv.add({6000, 11000, lines});
   CHECK(csv.num_lines() == 3);
@@ -49,7 +49,7 @@ TEST_CASE("each line gives a row per window end, paired by its id") {
 
 TEST_CASE("a line that leaves its chord is written in pieces along its bend") {
   const std::vector<EventLine> lines = {example()};
-  LinesCsv csv;
+  LinesCsv csv({240, 180});
   csv.add({1000, 6000, lines});
   CHECK(csv.num_lines() == 1);
   // At 0.645 = sqrt(1.25 / 3) of its length the line lies 4 * 0.645 * 0.355 * 3 px = 2.746 px below its chord.
@@ -64,17 +64,33 @@ TEST_CASE("a line that leaves its chord is written in pieces along its bend") {
 TEST_CASE("of a line with much bend one row still takes more than half, unless it were no line") {
   EventLine line = example();
   line.begin.x2 = 510.0F;
-  for (const float bend_px : {8.0F, 15.0F, 30.0F}) {
+  for (const float bend_px : {8.0F, 15.0F, 17.5F, 30.0F}) {
     CAPTURE(bend_px);
     line.bend_px = bend_px;
-    LinesCsv csv;
+    LinesCsv csv({1280, 720});
     csv.add({1000, 6000, {&line, 1}});
     double first_x2 = 0;
     REQUIRE(std::sscanf(csv.text().c_str(), "%*s 1000,begin,0,%*f,%*f,%lf", &first_x2) == 1);
     const double share = (first_x2 - 10) / 500;
     // The part's own bend is share^2 of the whole.
-    CHECK(share * share * static_cast<double>(bend_px) < 5);
+    CHECK(share * share * static_cast<double>(bend_px) < 5.001);
     CHECK((share > 0.5) == (bend_px < 20));
+  }
+}
+
+TEST_CASE("the row that stands for a bent line begins at its outer end, and the rows together are the line") {
+  const EventLine line = example();  // from x = 10 to 110, 3 px of bend
+  for (const bool is_second_outer : {false, true}) {
+    LinesCsv csv(is_second_outer ? SensorSize{80, 40} : SensorSize{240, 180});
+    csv.add({1000, 6000, {&line, 1}});
+    double x1[2];
+    double x2[2];
+    REQUIRE(std::sscanf(csv.text().c_str(), "%*s 1000,begin,0,%lf,%*f,%lf,%*s 6000,end,0,%*s 1000,begin,1,%lf,%*f,%lf",
+                        &x1[0], &x2[0], &x1[1], &x2[1]) == 4);
+    CHECK(x2[0] - x1[0] > 0.5 * 100);
+    CHECK((is_second_outer ? x2[0] : x1[0]) == (is_second_outer ? 110 : 10));
+    CHECK((is_second_outer ? x1[1] : x2[1]) == (is_second_outer ? 10 : 110));
+    CHECK((is_second_outer ? x2[1] : x1[1]) == (is_second_outer ? x1[0] : x2[0]));
   }
 }
 
