@@ -15,7 +15,8 @@ namespace {
 /// much it also presses together, so this is the longer part of the object's straight line, too ...
 constexpr double kUsualFirstPart = 0.56;
 constexpr double kMostFirstPart = 0.65;
-/// ... or so much, where it would stray further from its chord than this, px. Where that does not help it were no line.
+/// ... or, where it would stray further than this from its chord, less, down to kLeastFirstPart. Where that is still
+/// too much, the line is written in short pieces alone. px
 constexpr double kLeastFirstPart = 0.53;
 constexpr double kMaxFirstBendPx = 5;
 
