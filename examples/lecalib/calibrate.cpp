@@ -209,7 +209,7 @@ void add_solver_options(CLI::App* command, CalibrateOptions* options) {
                     "With EVENTS: calibrate from fitted lines, not from the events of their edges one by one");
   command
       ->add_option("--max-focal-sigma", options->max_focal_sigma,
-                   "Refuse a focal length whose sigma is above this share of it (0.3 from points, 0.015 from events)")
+                   "Refuse a focal length whose sigma is above this share of it (0.3 from points, 0.02 from events)")
       ->type_name("SHARE")
       ->check(CLI::PositiveNumber);
 }

@@ -60,7 +60,7 @@ inline constexpr float kEdgeTime = 0.36F;
 /// and quadratic along the line knows, in six places whose errors are not correlated.
 struct LineEdge {
   float x[2][3], y[2][3];         ///< px, distorted; [time][place], along the line in the order of its end points
-  float sigma_px = 0;             ///< one sigma of the position at each of the times, what its crossings share included
+  float sigma_px[3] = {};         ///< one sigma of the position at each of the places, what crossings share included
   float scatter_px = 0;           ///< robust one sigma of one crossing
   float events_per_crossing = 0;  ///< mean
   float speed_px_per_s = 0;       ///< along (-dy, dx), with (dx, dy) from place 0 to place 2

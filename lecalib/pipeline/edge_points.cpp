@@ -71,7 +71,7 @@ int dark_side(const EventLine& line) { return (line.polarity > 0) == (line.edge.
 
 /// @param between_us from an edge's first time to its second
 void add_edge(const EdgePointOptions& options, const EventLine& line, int time, float between_us,
-              const LineMatch& match, LinePoint* points, EdgePoint* edges) {
+              const LineMatch& match, bool other_flank, LinePoint* points, EdgePoint* edges) {
   constexpr float kFaintEvents = 1.5F;
   constexpr float kMicrosecondsPerSecond = 1e6F;
   constexpr float kPlaceOnLine = 0.5F;  // places count from -1 to 1
@@ -79,13 +79,14 @@ void add_edge(const EdgePointOptions& options, const EventLine& line, int time, 
   const Direction direction(edge, time);
   const float faint = options.faint_sigma_px * std::clamp(kFaintEvents + 1 - edge.events_per_crossing, 0.0F, 1.0F);
   // An error of both times alike counts twice as one of each.
-  const float variance = edge.sigma_px * edge.sigma_px + 2 * faint * faint;
+  const float faint_variance = 2 * faint * faint;
   const int dark = dark_side(line);
   const int turned = match.flipped ? -1 : 1;
   for (std::size_t i = 0; i < kPointsPerEdge; ++i) {
     points[i].u_px = static_cast<double>(edge.x[time][i]);
     points[i].v_px = static_cast<double>(edge.y[time][i]);
-    points[i].sigma_px = static_cast<double>(std::sqrt(variance / kEdgePlaceWeights[i]));
+    const float variance = edge.sigma_px[i] * edge.sigma_px[i] + faint_variance / kEdgePlaceWeights[i];
+    points[i].sigma_px = static_cast<double>(std::sqrt(variance));
     points[i].line = match.model_line;
     edges[i].normal_x = -direction.y / direction.length;
     edges[i].normal_y = direction.x / direction.length;
@@ -98,6 +99,7 @@ void add_edge(const EdgePointOptions& options, const EventLine& line, int time, 
     edges[i].dark = static_cast<std::int8_t>(dark);
     edges[i].model_side = static_cast<std::int8_t>(turned * dark);
     edges[i].polarity = line.polarity;
+    edges[i].other_flank = other_flank;
   }
 }
 
@@ -145,15 +147,15 @@ class PointMaker {
       if (time == 0) count(quality, needless);
       reserved_ -= kPointsPerEdge;
       if (quality < Quality::faint || needless) continue;
-      add(window, line, match, time);
+      add(window, line, match, false, time);
       add_other_flank(window, matches, match, time);
     }
   }
 
  private:
-  void add(const LineWindow& window, const EventLine& line, const LineMatch& match, int time) {
+  void add(const LineWindow& window, const EventLine& line, const LineMatch& match, bool other_flank, int time) {
     const float between_us = kEdgeTime * static_cast<float>(window.end_us - window.begin_us);
-    add_edge(options_, line, time, between_us, match, &points_[count_], &edges_[count_]);
+    add_edge(options_, line, time, between_us, match, other_flank, &points_[count_], &edges_[count_]);
     count_ += kPointsPerEdge;
   }
 
@@ -177,7 +179,7 @@ class PointMaker {
     }
     if (nearest == nullptr) return;
     const bool has_room = count_ + kPointsPerEdge + reserved_ <= std::min(points_.size(), edges_.size());
-    if (has_room) add(window, *nearest, flank, time);
+    if (has_room) add(window, *nearest, flank, true, time);
     if (!has_room) ++stats_->flanks_dropped;
     if (has_room && time == 0) ++stats_->flanks;
   }

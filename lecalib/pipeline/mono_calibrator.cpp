@@ -55,7 +55,7 @@ MonoSolverOptions MonoOptions::recorded_lines() {
   options.policy.aspect_sd = 0.005;
   options.policy.higher_radial_sd = 0.1;
   options.covariance.line_offset_px = 0.5;
-  options.plausibility.max_focal_sigma = 0.015;
+  options.plausibility.max_focal_sigma = 0.02;
   // Four sigma of the prior: only a model of other dimensions pulls pixels of any real sensor so far from square.
   options.plausibility.max_aspect = 1.02;
   // Lenses sit over the sensor's centre to about 5 % of its width; four sigma of that.

@@ -15,6 +15,9 @@ constexpr std::size_t kCellPixels = std::size_t{kCloudCellPx} * kCloudCellPx;
 constexpr float kGaussianOverMedian = 1.4826F;
 constexpr float kOffBandPx = 1;  // the corridor is that of the line, the band that of its shape
 
+/// A place's weight is its share of the line.
+constexpr float kPlaceBorder = kEdgePlaceWeights[1];
+
 constexpr int kCrossingRounds = 4;
 constexpr float kFirstSpreadPx = 0.5F;
 constexpr float kLeastSpreadPx = 0.03F;
@@ -107,13 +110,14 @@ class CrossingFitter {
     take_cell(cell);
   }
 
-  [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] std::uint32_t dropped() const { return dropped_; }
 
-  /// Moves the shape from the events to the crossings. @return false where the equations are singular
+  /// Moves the shape from the events to the crossings. @return false with too few, or where the equations are singular
   bool fit(const LineShapeOptions& shape_options, const LinePriors& priors) {
     spread_px_ = kFirstSpreadPx;
     for (int round = 0; round < kCrossingRounds; ++round) {
+      if (round == 1) drop_cut_crossings();
+      if (count_ < options_.min_crossings) return false;
       sum_cells();
       if (round > 1) misfit2_ = cells_.misfit2(spread_px_ * spread_px_);
       ShapeEquations equations;
@@ -134,9 +138,9 @@ class CrossingFitter {
   [[nodiscard]] LineEdge edge() const {
     LineEdge out;
     const float speed = shape_.terms[2];
-    const float events = static_cast<float>(events_) / static_cast<float>(count_);
+    const float events = events_per_crossing();
     const float ahead = speed > 0 ? trailing_px(events) : -trailing_px(events);
-    float variance = 0;
+    float variance[3] = {};
     for (int t = 0; t < 2; ++t) {
       const float tau = t == 0 ? -kEdgeTime : kEdgeTime;
       for (int i = 0; i < 3; ++i) {
@@ -145,13 +149,18 @@ class CrossingFitter {
         const float d = shape_at(shape_.terms, u, tau) + ahead;
         out.x[t][i] = line_.x(s, d);
         out.y[t][i] = line_.y(s, d);
-        variance += 0.5F * kEdgePlaceWeights[i] * kEdgePlaceWeights[i] * equations_.variance(u, tau);
+        variance[i] += 0.5F * equations_.variance(u, tau);
       }
     }
     // What is shared moves both times alike; as an error of each by itself it counts twice.
-    const float few = std::max(1.0F, options_.shared_crossings / static_cast<float>(count_));
     const float shared = options_.shared_error_px * std::max(1.0F, spread_px_ / options_.shared_error_scatter_px);
-    out.sigma_px = std::sqrt(variance + 2 * few * shared * shared);
+    std::size_t counts[3] = {};
+    count_by_place(counts);
+    for (int i = 0; i < 3; ++i) {
+      const float wanted = options_.shared_crossings * kEdgePlaceWeights[i];
+      const float few = std::max(1.0F, wanted / static_cast<float>(1 + counts[i]));
+      out.sigma_px[i] = std::sqrt(variance[i] + 2 * few * shared * shared / kEdgePlaceWeights[i]);
+    }
     out.scatter_px = spread_px_;
     out.events_per_crossing = events;
     out.speed_px_per_s = speed / half_window_us_ * 1e6F;
@@ -209,8 +218,27 @@ class CrossingFitter {
     const float tau = half_way_.time(times + best, most);
     ws_.along[count_] = u;
     ws_.tau[count_] = tau;
+    ws_.crossing_events[count_] = static_cast<std::uint8_t>(most);
     ws_.across[count_++] = d - shape_at(shape_.terms, u, tau);
-    events_ += most;
+  }
+
+  /// Collected by the shape of the events, which lies on the edge's dark side, pixels may have lost their events of the
+  /// bright side to the window's begin or end. The edge itself, found by now, tells these.
+  void drop_cut_crossings() {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const float u = ws_.along[i];
+      const float d = ws_.across[i] + shape_at(shape_.terms, u, ws_.tau[i]);
+      const float begin = shape_at(shape_.terms, u, -1);
+      const float end = shape_at(shape_.terms, u, 1);
+      const float on_bright_side = (on_ ? end - d : d - begin) * (end > begin ? 1.0F : -1.0F);
+      if (on_bright_side < options_.edge_margin_px) continue;
+      ws_.along[kept] = u;
+      ws_.across[kept] = ws_.across[i];
+      ws_.tau[kept] = ws_.tau[i];
+      ws_.crossing_events[kept++] = ws_.crossing_events[i];
+    }
+    count_ = kept;
   }
 
   /// Whether the line passes the pixel entirely, in one direction.
@@ -239,6 +267,20 @@ class CrossingFitter {
     }
   }
 
+  /// Crossings in the stretch of the line that each place stands for. A line that turns has few where it hardly moves.
+  void count_by_place(std::size_t (&counts)[3]) const {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const float u = ws_.along[i];
+      ++counts[u < -kPlaceBorder ? 0 : u < kPlaceBorder ? 1 : 2];
+    }
+  }
+
+  [[nodiscard]] float events_per_crossing() const {
+    std::size_t events = 0;
+    for (std::size_t i = 0; i < count_; ++i) events += ws_.crossing_events[i];
+    return static_cast<float>(events) / static_cast<float>(count_);
+  }
+
   [[nodiscard]] float spread() const {
     float* const sizes = ws_.times.data();
     for (std::size_t i = 0; i < count_; ++i) sizes[i] = std::fabs(ws_.across[i]);
@@ -263,7 +305,6 @@ class CrossingFitter {
   std::uint32_t dropped_ = 0;
   std::size_t listed_ = 0;  // events of the cell at hand
   std::size_t count_ = 0;   // crossings
-  std::size_t events_ = 0;  // of these
   float spread_px_ = 0;     // robust, of a crossing
   float misfit2_ = 0;
 };
@@ -276,7 +317,7 @@ bool fit_crossings(const EventCloud& cloud, const CrossingFit& fit, const LineWo
   CrossingFitter fitter(cloud, fit.window_us, fit.crossings, workspace, line, shape);
   fitter.collect();
   *dropped += fitter.dropped();
-  if (fitter.count() < fit.crossings.min_crossings || !fitter.fit(fit.shape, fit.priors)) return false;
+  if (!fitter.fit(fit.shape, fit.priors)) return false;
   *out = fitter.edge();
   return true;
 }

@@ -36,6 +36,8 @@ struct CrossingOptions {
   /// How far the line passes beyond a pixel, px, > 0: on the edge's bright side, where crossings begin (OFF) or end
   /// (ON) as the edge arrives; and on its dark side, where they reach the further out the more events they have.
   float bright_margin_px = 0.5F;
+  /// The same on the bright side, of the edge itself once it is found: it lies nearer to there than its events.
+  float edge_margin_px = 0.8F;
   float dark_margin_px = 0.35F;
   float dark_margin_per_event_px = 0.12F;
   float max_dark_margin_px = 1.2F;

@@ -47,14 +47,15 @@ class OwnEvents {
 
 /// Memory that growing, fitting and merging share.
 struct LineWorkspace {
-  Span<std::uint8_t> owner;       ///< [events] 0: free, else the id of the line that holds the event
-  Span<float> along;              ///< [kMaxListedEvents, or events] the events near the line at hand: s, px
-  Span<float> across;             ///< [as along] d, px
-  Span<float> tau;                ///< [as along]
-  Span<std::uint16_t> histogram;  ///< [kHistogramRows * bins] counts along the line at hand
-  Span<std::uint16_t> patches;    ///< [bins]
-  Span<std::uint8_t> pixel;       ///< [as along] of the events of one cell near the line: their place in the cell
-  Span<float> times;              ///< [2 * as along] the same events' tau, by time and by pixel
+  Span<std::uint8_t> owner;            ///< [events] 0: free, else the id of the line that holds the event
+  Span<float> along;                   ///< [kMaxListedEvents, or events] the events near the line at hand: s, px
+  Span<float> across;                  ///< [as along] d, px
+  Span<float> tau;                     ///< [as along]
+  Span<std::uint16_t> histogram;       ///< [kHistogramRows * bins] counts along the line at hand
+  Span<std::uint16_t> patches;         ///< [bins]
+  Span<std::uint8_t> pixel;            ///< [as along] of the events of one cell near the line: their place in the cell
+  Span<float> times;                   ///< [2 * as along] the same events' tau, by time and by pixel
+  Span<std::uint8_t> crossing_events;  ///< [as along] of each crossing
 };
 
 template <class Carver>
@@ -67,7 +68,8 @@ constexpr bool carve(Carver& carver, const LineCapacities& capacities, LineWorks
          carver.carve(listed, &out->across) && carver.carve(listed, &out->tau) &&
          carver.carve(kHistogramRows * bins, &out->histogram) && carver.carve(bins, &out->patches) &&
          carver.carve(capacities.edges ? listed : 0, &out->pixel) &&
-         carver.carve(capacities.edges ? 2 * listed : 0, &out->times);
+         carver.carve(capacities.edges ? 2 * listed : 0, &out->times) &&
+         carver.carve(capacities.edges ? listed : 0, &out->crossing_events);
 }
 
 }  // namespace lecalib

@@ -29,6 +29,7 @@ struct EdgePoint {
   std::int8_t dark;          ///< the dark side lies along the normal (1) or against it (-1); 0: unknown, no offsets
   std::int8_t model_side;    ///< the same side by the normal of the model line's image from p to q
   std::int8_t polarity;      ///< of the events: 1 ON, -1 OFF
+  bool other_flank;          ///< not matched itself, but found beside a line that is
 };
 
 /// Views the caller's memory; it must outlive the solver that works on it.

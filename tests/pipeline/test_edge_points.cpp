@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "lecalib/segments/line_crossings.hpp"
+
 using namespace lecalib;
 
 namespace {
@@ -22,7 +24,7 @@ EventLine make_line(float y, std::int8_t polarity, float speed = 500) {
       edge.y[time][i] = y + static_cast<float>(time);
     }
   }
-  edge.sigma_px = 0.06F;
+  for (int i = 0; i < 3; ++i) edge.sigma_px[i] = 0.06F / std::sqrt(kEdgePlaceWeights[i]);
   edge.scatter_px = 0.1F;
   edge.events_per_crossing = 3;
   edge.speed_px_per_s = speed;

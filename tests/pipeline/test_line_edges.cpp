@@ -123,6 +123,35 @@ TEST_CASE("line edges: a threshold that is wrong by a third moves an edge by les
   }
 }
 
+TEST_CASE("line edges: pixels that the window cuts pull an edge that moves little, and are left out") {
+  const SceneOptions scene;
+  EdgeDetector detector(scene);
+  const float margin_px = detector.options.crossings.edge_margin_px;
+  double pulled = 0;
+  double pulled_by_all = 0;
+  for (const double contrast : {3.0, 5.0}) {
+    for (const double sign : {1.0, -1.0}) {
+      CAPTURE(contrast);
+      CAPTURE(sign);
+      StepEdge truth;
+      truth.contrast = contrast;
+      truth.blur_px = 0.9;
+      const auto error_at = [&](double speed_px_per_s, float edge_margin_px) {
+        detector.options.crossings.edge_margin_px = edge_margin_px;
+        truth.speed_px_per_s = sign * speed_px_per_s;
+        const EventLine* const line = detector.detect(scene, events_of(truth, scene, 0.24));
+        REQUIRE(line != nullptr);
+        REQUIRE(line->edge.crossings > 0);
+        return edge_error(line->edge, truth, scene);
+      };
+      const double fast = error_at(600, margin_px);
+      pulled += std::fabs(error_at(300, margin_px) - fast);
+      pulled_by_all += std::fabs(error_at(300, -10) - fast);
+    }
+  }
+  CHECK(pulled < 0.8 * pulled_by_all);
+}
+
 TEST_CASE("line edges: a line that hardly moves crosses no pixel entirely, and has no edge") {
   const SceneOptions scene;
   EdgeDetector detector(scene);

@@ -176,7 +176,7 @@ TEST_CASE("edge offsets: the step and the covariance are those of one dense syst
   EdgeOffsetOptions options;
   options.mean_latency_ms = options.mean_by_speed_px = 0;
   s.begin(options, all_free());
-  CHECK(s.offsets.size() == kSharedOffsets + 8 * 4);
+  CHECK(s.offsets.size() == kSharedOffsets + 8 * 6);
   const Dense dense(s, s.offsets, prior_sigmas(s));
   const Vector step = dense.information.ldlt().solve(-dense.jacobian.transpose() * dense.residuals);
   const Matrix covariance = dense.information.inverse();
@@ -242,6 +242,7 @@ TEST_CASE("edge offsets: a bend that all edges share is told from the lens") {
     }
     EdgeOffsetOptions options;
     options.bend_px = bend_sigma_px;
+    options.line_bend_px = 1e-6;
     s.begin(options);
     double change = 1;
     for (int round = 0; round < 8 && change > 1e-4; ++round) {
@@ -270,7 +271,7 @@ TEST_CASE("edge offsets: an edge beside a line is its other flank only at the sa
       }
     }
     s.begin();
-    CHECK(s.offsets.size() == kSharedOffsets + 8 * 4 + (same ? 1 : 0));
+    CHECK(s.offsets.size() == kSharedOffsets + 8 * 6 + (same ? 1 : 0));
     std::vector<std::uint8_t> marks(s.edges.size(), 0);
     s.offsets.mark_strays(marks);
     for (std::size_t i = 0; i < marks.size(); ++i) {
@@ -304,31 +305,57 @@ TEST_CASE("edge offsets: without sigma of their own they change nothing") {
   Scene s(4, 8, 0.02, some_displacement);
   EdgeOffsetOptions options;
   options.dark_px = options.trailing_px = options.line_px = options.faint_line_px = options.tilt_px = 1e-9;
-  options.latency_ms = options.bend_px = options.by_speed_px = 1e-9;
+  options.latency_ms = options.bend_px = options.line_bend_px = options.by_speed_px = 1e-9;
   s.begin(options);
   Eigen::Matrix<double, 9, 9> sum = Eigen::Matrix<double, 9, 9>::Zero();
   REQUIRE(s.offsets.add_covariance(s.refiner, 1.0, &sum));
   CHECK(std::sqrt(sum(0, 0)) < 1e-5);
 }
 
-TEST_CASE("edge offsets: a line that is dark on both sides has a width, strays of others are marked") {
+TEST_CASE(
+    "edge offsets: what lies beside a line in few views is no flank, and goes with what is dark on the rarer side") {
   Scene s(6, 8, 0.0, [](std::size_t, bool) { return 0.0; });
-  for (std::size_t i = 0; i < s.edges.size(); ++i) {
+  std::vector<bool> is_stray(s.edges.size(), false);
+  const View& first = s.views.views.front();
+  for (std::size_t i = first.first; i < first.first + first.count; ++i) {
     const std::uint16_t line = s.views.points[i].line;
-    if (line == 2 && s.edges[i].speed_px_per_s > 0)
-      s.edges[i].model_side = static_cast<std::int8_t>(-s.edges[i].model_side);
+    if (line != 2 && line != 3) continue;
+    if (line == 2) s.edges[i].other_flank = true;  // dark on the same side as the line's own
+    if (line == 3) s.edges[i].model_side = static_cast<std::int8_t>(-s.edges[i].model_side);
+    is_stray[i] = true;
   }
-  std::size_t first_of_three = 0;
-  while (s.views.points[first_of_three].line != 3) ++first_of_three;
-  s.edges[first_of_three].model_side = static_cast<std::int8_t>(-s.edges[first_of_three].model_side);
   s.begin();
-  CHECK(s.offsets.size() == kSharedOffsets + 8 * 4 + 1);
+  CHECK(s.offsets.size() == kSharedOffsets + 8 * 6);
   std::vector<std::uint8_t> marks(s.edges.size(), 0);
   s.offsets.mark_strays(marks);
-  std::size_t marked = 0;
-  for (const std::uint8_t mark : marks) marked += mark;
-  CHECK(marked == 1);
-  CHECK(marks[first_of_three] == 1);
+  for (std::size_t i = 0; i < marks.size(); ++i) CHECK((marks[i] != 0) == is_stray[i]);
+}
+
+TEST_CASE("edge offsets: how much lines tilt in a recording is estimated from them") {
+  const auto tilt_sigma_px = [](double tilt_px) {
+    Scene s(12, 12, 0.005, [](std::size_t, bool) { return 0.0; });
+    for (std::size_t i = 0; i < s.edges.size(); ++i) {
+      const double sign = s.views.points[i].line % 2 == 0 ? 1 : -1;
+      const double px = sign * tilt_px * double{s.edges[i].along} * s.edges[i].dark;
+      s.views.points[i].u_px += px * double{s.edges[i].normal_x};
+      s.views.points[i].v_px += px * double{s.edges[i].normal_y};
+    }
+    s.begin();
+    double change = 1;
+    for (int round = 0; round < 6 && change > 1e-4; ++round) {
+      REQUIRE(s.offsets.solve(s.refiner, &change));
+      s.offsets.correct(s.corrected);
+      s.refiner.points_changed();
+      s.settle();
+    }
+    constexpr std::size_t kTiltWhenOff = 2;
+    return s.workspace.sigma[s.workspace.slot[kTiltWhenOff]];
+  };
+  const double beforehand = EdgeOffsetOptions().tilt_px;
+  CHECK(tilt_sigma_px(0.0) < 0.7 * beforehand);
+  const double large = tilt_sigma_px(0.2);
+  CHECK(large > 1.5 * beforehand);
+  CHECK(large < 0.2);
 }
 
 TEST_CASE("edge offsets: a line that another edge fires for is marked, and the rest begins anew") {
@@ -368,7 +395,7 @@ TEST_CASE("edge offsets: a point whose dark side is not known has none") {
   s.edges[7].dark = 0;
   s.begin();
   CHECK(s.offsets.terms(7).count == 0);
-  CHECK(s.offsets.terms(8).count == 7);
+  CHECK(s.offsets.terms(8).count == 8);
   CHECK(s.offsets.displacement(7) == 0.0);
 }
 
