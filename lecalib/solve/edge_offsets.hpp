@@ -35,7 +35,7 @@ struct EdgeOffsetOptions {
   double latency_ms = 0.15;       ///< tau, about ...
   double mean_latency_ms = 0.05;  ///< ... this
   /// c0, one sigma and mean: pixels are slow in the dark, so that the dark side of what moves fast is seen late. In two
-  /// simulators it is about 0.05, from 0 to 0.1, over speeds from 20 to 800 px/s.
+  /// simulators it is about 0.02, from -0.02 to 0.05, over speeds from 20 to 800 px/s.
   double by_speed_px = 0.04;
   double mean_by_speed_px = 0.02;
   double line_px = 0.07;        ///< u, for two and a half events per crossing and more ...
