@@ -186,7 +186,8 @@ bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine
     return false;
   *foot = static_cast<float>(s);
   const Vec2 normal = unit_normal(best);
-  out->value_px = -(normal(0) * best.offset_u + normal(1) * best.offset_v);
+  double* const row = out->row;
+  row[0] = -(normal(0) * best.offset_u + normal(1) * best.offset_v);
 
   // The foot moves across the ideal line by -ideal.normal d(N . m~) / scale.
   const Vec2 weight(normal(0) * camera.fx, normal(1) * camera.fy);
@@ -195,7 +196,7 @@ bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine
   const double x = gain * best.x, y = gain * best.y;
   const Vec3& N = line.moment;
   const Vec3& D = line.direction;
-  double* const d_pose = out->d_pose.data();  // gain (N x m~, D x m~)
+  double* const d_pose = row + LineResidual::kPose;  // gain (N x m~, D x m~)
   d_pose[0] = N(1) * gain - N(2) * y;
   d_pose[1] = N(2) * x - N(0) * gain;
   d_pose[2] = N(0) * y - N(1) * x;
@@ -203,11 +204,13 @@ bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine
   d_pose[4] = D(2) * x - D(0) * gain;
   d_pose[5] = D(0) * y - D(1) * x;
 
-  out->d_intrinsics(0) = -normal(0) * best.x_d;
-  out->d_intrinsics(1) = -normal(1) * best.y_d;
-  out->d_intrinsics(2) = -normal(0);
-  out->d_intrinsics(3) = -normal(1);
-  out->d_intrinsics.tail<5>() = -distortion_gradient(camera, foot_ideal, weight, ideal.knee);
+  double* const d_intrinsics = row + LineResidual::kIntrinsics;
+  d_intrinsics[0] = -normal(0) * best.x_d;
+  d_intrinsics[1] = -normal(1) * best.y_d;
+  d_intrinsics[2] = -normal(0);
+  d_intrinsics[3] = -normal(1);
+  Eigen::Map<Eigen::Matrix<double, 1, 5>>(d_intrinsics + 4) =
+      -distortion_gradient(camera, foot_ideal, weight, ideal.knee);
   return true;
 }
 

@@ -160,7 +160,6 @@ class Refiner {
 
  private:
   bool linearise(double most_cost = std::numeric_limits<double>::max());
-  template <int A>
   bool linearise_view(std::size_t index, double knee, double most_cost);
   void add_priors();
   [[nodiscard]] bool all_within(Loss loss, double width) const;

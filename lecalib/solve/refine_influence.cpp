@@ -38,7 +38,7 @@ void Refiner::visit_points(std::size_t index, double knee, const Visit& visit, s
     float foot = kNoFoot;
     if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) continue;
     const double precision = 1.0 / (point.sigma_px * point.sigma_px);
-    const double r2 = residual.value_px * residual.value_px * precision;
+    const double r2 = residual.value_px() * residual.value_px() * precision;
     visit(i, residual, evaluate_loss(options_.loss, options_.loss_width, r2).weight * precision);
   }
 }
@@ -76,7 +76,7 @@ void Refiner::line_responses(Span<LineResponse> responses) const {
     visit_points(v, knee, [&](std::size_t i, const LineResidual& residual, double weight) {
       if (is_left_out(data_, i)) return;
       Eigen::Map<Vec9> gradient(responses[data_.points[i].line].gradient);
-      gradient += weight * (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
+      gradient += weight * (residual.d_intrinsics() - residual.d_pose() * eliminated).transpose();
     });
   }
 }
@@ -96,7 +96,7 @@ bool Refiner::pose_covariance(std::size_t view, const Eigen::Matrix<double, 9, 9
     visit_points(of, knee, [&](std::size_t i, const LineResidual& residual, double weight) {
       if (is_left_out(data_, i)) return;
       Eigen::Map<Vec6> pose(responses[data_.points[i].line].pose);
-      pose += weight * block.lazyProduct(residual.d_pose.transpose());
+      pose += weight * block.lazyProduct(residual.d_pose().transpose());
     });
   };
   add_view(view, own);
@@ -135,13 +135,13 @@ void Refiner::standardise_view(std::size_t index, const Eigen::Matrix<double, 9,
   for (std::size_t i = span.first; i < span.first + span.count; ++i) out[i] = residuals_[i];
   visit_points(
       index, radius_of_slope(camera_, kKneeSlope), [&](std::size_t i, const LineResidual& residual, double weight) {
-        const Vec9 a = (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
-        const Vec6 p = residual.d_pose.transpose();
+        const Vec9 a = (residual.d_intrinsics() - residual.d_pose() * eliminated).transpose();
+        const Vec6 p = residual.d_pose().transpose();
         const double variance = a.dot(covariance.lazyProduct(a)) + p.dot(pose_covariance.lazyProduct(p));
         const double sigma = data_.points[i].sigma_px;
         const double left =
             is_left_out(data_, i) ? 1.0 + variance / (sigma * sigma) : std::max(1.0 - weight * variance, kMinLeft);
-        out[i] = static_cast<float>(residual.value_px / (sigma * std::sqrt(left)));
+        out[i] = static_cast<float>(residual.value_px() / (sigma * std::sqrt(left)));
       });
 }
 
@@ -175,11 +175,11 @@ double Refiner::line_misfit(const ReducedSystem& system, std::size_t view, std::
   const auto add_point = [&](std::size_t i, const LineResidual& residual, double weight) {
     if (any_used && is_left_out(data_, i)) return;
     const double sigma = data_.points[i].sigma_px;
-    Vec9 a = (residual.d_intrinsics - residual.d_pose * eliminated).transpose() / sigma;
+    Vec9 a = (residual.d_intrinsics() - residual.d_pose() * eliminated).transpose() / sigma;
     for (Eigen::Index k = 0; k < 9; ++k) a(k) = policy_.free[k] ? a(k) : 0.0;
     Vec15 row;
-    row << intrinsics.whiten(a), pose.whiten(Vec6(residual.d_pose.transpose() / sigma));
-    const double r = residual.value_px / sigma;
+    row << intrinsics.whiten(a), pose.whiten(Vec6(residual.d_pose().transpose() / sigma));
+    const double r = residual.value_px() / sigma;
     const double used = is_left_out(data_, i) ? 0.0 : weight * sigma * sigma;
     all += row * row.transpose();
     without -= used * row * row.transpose();
