@@ -36,7 +36,7 @@ bool find_limit(const Trial& trial, Span<const ModelLine> model, TrialLimit* out
   }
   Cholesky<kTrialParameters> factor;
   if (!factor.factor(information)) return false;
-  *out = {factor.solve(TrialMatrix(TrialMatrix::Identity())), factor.solve(gradient)};
+  *out = {factor.inverse(), factor.solve(gradient)};
   return true;
 }
 

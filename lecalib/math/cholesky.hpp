@@ -67,6 +67,28 @@ class Cholesky {
     return x;
   }
 
+  /// inverse(a), at a third of what solving for it costs.
+  [[nodiscard]] Matrix inverse() const {
+    Matrix M;  // inverse(L), lower triangle
+    for (int j = 0; j < N; ++j) {
+      M(j, j) = inverse_(j);
+      for (int i = j + 1; i < N; ++i) {
+        double sum = 0.0;
+        for (int k = j; k < i; ++k) sum -= L_(i, k) * M(k, j);
+        M(i, j) = sum * inverse_(i);
+      }
+    }
+    Matrix x;
+    for (int j = 0; j < N; ++j) {
+      for (int i = j; i < N; ++i) {
+        double sum = 0.0;
+        for (int k = i; k < N; ++k) sum += M(k, i) * M(k, j);
+        x(i, j) = x(j, i) = sum * scale_(i) * scale_(j);
+      }
+    }
+    return x;
+  }
+
  private:
   Matrix L_;                             // strictly lower triangle
   Eigen::Matrix<double, N, 1> inverse_;  // of the diagonal

@@ -89,8 +89,8 @@ bool line_residual(const Camera& camera, double radius_limit, const CameraLine& 
 inline constexpr float kNoFoot = 3e38F;
 
 /// As above, with the ideal line at hand, and begun where the last search for this point ended: while a refinement
-/// settles, feet hardly move.
-/// @param[in,out] foot kNoFoot at first
+/// settles, feet hardly move, so that 0.1 px along the line is near enough for each of its steps.
+/// @param[in,out] foot kNoFoot at first; null: there is no other step, and the foot is found at once
 /// @return false, *out unchanged, where the line's image has no tangent
 bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine& ideal, const Vec2& pixel, float* foot,
                    LineResidual* out);

@@ -121,15 +121,14 @@ bool Refiner::linearise_view(std::size_t index, double knee, double most_cost) {
     LineResidual residual;
     const bool counts = !is_left_out(data_, i);
     if (counts) ++points_used_;
-    float foot = feet_.empty() ? kNoFoot : feet_[i];
-    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) {
+    float* const foot = feet_.empty() ? nullptr : &feet_[i];
+    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), foot, &residual)) {
       residuals_[i] = static_cast<float>(kLostSigmas);
       if (!counts) continue;
       ++points_lost_;
       data_cost_ += evaluate_loss(options_.loss, options_.loss_width, kLostSigmas * kLostSigmas).rho;
       continue;
     }
-    if (!feet_.empty()) feet_[i] = foot;
     const double inverse_sigma = 1.0 / point.sigma_px;
     const double r = residual.value_px() * inverse_sigma;
     const LossValue loss = evaluate_loss(options_.loss, options_.loss_width, r * r);

@@ -35,8 +35,7 @@ void Refiner::visit_points(std::size_t index, double knee, const Visit& visit, s
       visible = straightened_line(line, knee, &ideal);
     }
     LineResidual residual;
-    float foot = kNoFoot;
-    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) continue;
+    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), nullptr, &residual)) continue;
     const double precision = 1.0 / (point.sigma_px * point.sigma_px);
     const double r2 = residual.value_px() * residual.value_px() * precision;
     visit(i, residual, evaluate_loss(options_.loss, options_.loss_width, r2).weight * precision);
@@ -49,7 +48,7 @@ bool Refiner::pose_solution(std::size_t view, Mat69* eliminated, Mat6* own, Mat6
     Cholesky<6> factor;
     if (!factor.factor(pose_block_of(views_[view]), kMinPosePivot)) return false;
     *eliminated = factor.solve(cross_block_of(views_[view]));
-    *own = factor.solve(Mat6(Mat6::Identity()));
+    *own = factor.inverse();
     partner->setZero();
     return true;
   }
@@ -58,10 +57,9 @@ bool Refiner::pose_solution(std::size_t view, Mat69* eliminated, Mat6* own, Mat6
   Cholesky<12> factor;
   if (!factor.factor(group.block, kMinPosePivot)) return false;
   *eliminated = factor.solve(group.cross).topRows<6>();
-  const Eigen::Matrix<double, 12, 6> columns =
-      factor.solve(Eigen::Matrix<double, 12, 6>(Eigen::Matrix<double, 12, 6>::Identity()));
-  *own = columns.topRows<6>();
-  *partner = columns.bottomRows<6>().transpose();
+  const Eigen::Matrix<double, 12, 12> inverse = factor.inverse();
+  *own = inverse.topLeftCorner<6, 6>();
+  *partner = inverse.topRightCorner<6, 6>();
   return true;
 }
 
@@ -113,8 +111,7 @@ bool Refiner::standardised_residuals(Span<float> out) const {
   ReducedSystem system;
   Cholesky<9> factor;
   if (!reduce(0.0, &system) || !factor.factor(system.matrix)) return false;
-  Eigen::Matrix<double, 9, 9> covariance =
-      factor.solve(Eigen::Matrix<double, 9, 9>(Eigen::Matrix<double, 9, 9>::Identity()));
+  Mat9 covariance = factor.inverse();
   for (Eigen::Index i = 0; i < 9; ++i) {
     if (!policy_.free[i]) covariance(i, i) = 0.0;
   }
@@ -159,7 +156,7 @@ double Refiner::line_misfit(const ReducedSystem& system, std::size_t view, std::
   Cholesky<9> intrinsics;
   Cholesky<6> pose;
   if (!intrinsics.factor(system.matrix) || !pose_solution(view, &eliminated, &own, &partner) || !pose.factor(own) ||
-      !pose.factor(pose.solve(Mat6(Mat6::Identity())))) {
+      !pose.factor(pose.inverse())) {
     return 0.0;
   }
   Mat15 all = Mat15::Zero();

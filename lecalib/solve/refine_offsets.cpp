@@ -65,9 +65,8 @@ void Refiner::add_point_offsets(std::size_t index, const CameraLine& line, doubl
   const LinePoint& point = data_.points[index];
   IdealLine ideal;
   LineResidual residual;
-  float foot = kNoFoot;
   if (terms.count == 0 || !straightened_line(line, knee, &ideal) ||
-      !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) {
+      !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), nullptr, &residual)) {
     return;
   }
   const double inverse_sigma = 1.0 / point.sigma_px;
