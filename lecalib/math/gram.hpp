@@ -16,7 +16,8 @@ class Gram {
     for (int j = 0; j < kPairs; ++j) pairs[j] = gain * Pair{z[2 * j], z[2 * j + 1]};
 #ifdef __OPTIMIZE_SIZE__
     for (int i = 0; i < M; ++i) {
-      for (int j = i / 2; j < (M + 1) / 2; ++j) sum_[i][j] += pairs[i / 2][i % 2] * pairs[j];
+      const double factor = gain * z[i];
+      for (int j = i / 2; j < (M + 1) / 2; ++j) sum_[i][j] += factor * pairs[j];
     }
 #else
     add_rows<M>(pairs);

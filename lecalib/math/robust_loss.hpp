@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 
 namespace lecalib {
@@ -19,21 +18,6 @@ struct LossValue {
   double weight;
 };
 
-inline LossValue evaluate_loss(Loss loss, double width, double squared) {
-  const double width2 = width * width;
-  switch (loss) {
-    case Loss::huber: {
-      if (!(squared > width2)) break;
-      const double size = std::sqrt(squared);
-      return {2.0 * width * size - width2, width / size};
-    }
-    case Loss::geman: {
-      const double share = width2 / (width2 + squared);
-      return {squared * share, share * share};
-    }
-    case Loss::squared: break;
-  }
-  return {squared, 1.0};
-}
+LossValue evaluate_loss(Loss loss, double width, double squared);
 
 }  // namespace lecalib
