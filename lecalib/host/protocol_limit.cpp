@@ -29,14 +29,14 @@ bool find_limit(const Trial& trial, Span<const ModelLine> model, TrialLimit* out
       return false;
     }
     TrialVector derivatives;
-    derivatives << residual.d_intrinsics.head<kFreeIntrinsics>().transpose(), residual.d_pose.transpose();
+    derivatives << residual.d_intrinsics().head<kFreeIntrinsics>().transpose(), residual.d_pose().transpose();
     const Vec2 noise = Vec2(point.u_px, point.v_px) - trial.exact_px[i] - Vec2::Constant(trial.noise_mean_px);
     information += derivatives * derivatives.transpose();
     gradient -= derivatives * foot.normal.dot(noise);
   }
   Cholesky<kTrialParameters> factor;
   if (!factor.factor(information)) return false;
-  *out = {factor.solve(TrialMatrix(TrialMatrix::Identity())), factor.solve(gradient)};
+  *out = {factor.inverse(), factor.solve(gradient)};
   return true;
 }
 

@@ -23,12 +23,15 @@ Vec2 roughly_undistorted(const Camera& c, const Vec2& pixel) {
 Vec2 distort(const Camera& c, const Vec2& ideal, Mat2* d_ideal, Mat25* d_coefficients) {
   const RadialFactor radial = radial_at(c, ideal.squaredNorm());
   if (d_ideal != nullptr) {
-    d_ideal->col(0) = distorted_motion(c, ideal, radial, Vec2(1.0, 0.0));
-    d_ideal->col(1) = distorted_motion(c, ideal, radial, Vec2(0.0, 1.0));
+    d_ideal->col(0) = distorted_motion(c, ideal, radial, Vec2(1.0, 0.0), ideal(0));
+    d_ideal->col(1) = distorted_motion(c, ideal, radial, Vec2(0.0, 1.0), ideal(1));
   }
   if (d_coefficients != nullptr) {
-    d_coefficients->row(0) = distortion_gradient(c, ideal, Vec2(1.0, 0.0));
-    d_coefficients->row(1) = distortion_gradient(c, ideal, Vec2(0.0, 1.0));
+    for (const int i : {0, 1}) {
+      double gradient[5];
+      distortion_gradient(c, ideal, Vec2::Unit(i), kUnboundedRadius, gradient);
+      d_coefficients->row(i) = Eigen::Map<const Eigen::Matrix<double, 1, 5>>(gradient);
+    }
   }
   return distorted_point(c, ideal, radial);
 }

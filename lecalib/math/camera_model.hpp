@@ -36,9 +36,11 @@ inline Vec2 distorted_point(const Camera& c, const Vec2& ideal, const RadialFact
 }
 
 /// How that image moves when the ideal point moves by `v`: J v.
-inline Vec2 distorted_motion(const Camera& c, const Vec2& ideal, const RadialFactor& radial, const Vec2& v) {
+/// @param outward ideal . v, which callers know
+inline Vec2 distorted_motion(const Camera& c, const Vec2& ideal, const RadialFactor& radial, const Vec2& v,
+                             double outward) {
   const double x = ideal(0), y = ideal(1);
-  const double stretch = 2.0 * radial.by_q * (x * v(0) + y * v(1));
+  const double stretch = 2.0 * radial.by_q * outward;
   const Vec2 by_radius(radial.value * v(0) + x * stretch, radial.value * v(1) + y * stretch);
   if (is_centred(c)) return by_radius;
   const double cross = 2.0 * (c.p1 * x + c.p2 * y);
@@ -48,18 +50,19 @@ inline Vec2 distorted_motion(const Camera& c, const Vec2& ideal, const RadialFac
 
 /// weight . d(image)/d(k1 k2 p1 p2 k3), image in normalised coordinates.
 /// @param knee radius from which on the radial curve is taken to go on straight, as radial_at() with a knee does
-inline Eigen::Matrix<double, 1, 5> distortion_gradient(const Camera& c, const Vec2& ideal, const Vec2& weight,
-                                                       double knee = kUnboundedRadius) {
+inline void distortion_gradient(const Camera& c, const Vec2& ideal, const Vec2& weight, double knee,
+                                double (&gradient)[5]) {
   const double x = ideal(0), y = ideal(1);
   const double q = x * x + y * y, xy2 = 2.0 * x * y;
   const double q_bent = std::min(q, knee * knee);  // the curve's bent part ends there
   double along = weight(0) * x + weight(1) * y;
   if (q_bent < q) along *= std::sqrt(q_bent / q);
-  const Vec3 radial = along * radial_gradient(c, q_bent);
-  Eigen::Matrix<double, 1, 5> gradient;
-  gradient << radial(0), radial(1), weight(0) * xy2 + weight(1) * (q + 2.0 * y * y),
-      weight(0) * (q + 2.0 * x * x) + weight(1) * xy2, radial(2);
-  return gradient;
+  const Vec3 radial = radial_gradient(c, q_bent);
+  gradient[0] = along * radial(0);
+  gradient[1] = along * radial(1);
+  gradient[2] = weight(0) * xy2 + weight(1) * (q + 2.0 * y * y);
+  gradient[3] = weight(0) * (q + 2.0 * x * x) + weight(1) * xy2;
+  gradient[4] = along * radial(2);
 }
 
 /// About the ideal point of a pixel, in one step: where a search begins, or where only a sign is asked.

@@ -67,6 +67,27 @@ class Cholesky {
     return x;
   }
 
+  /// inverse(a), at a third of what solving for it costs.
+  [[nodiscard]] Matrix inverse() const {
+    Matrix x;  // inverse(L) in the lower triangle, until its columns have had their last use
+    for (int j = 0; j < N; ++j) {
+      x(j, j) = inverse_(j);
+      for (int i = j + 1; i < N; ++i) {
+        double sum = 0.0;
+        for (int k = j; k < i; ++k) sum -= L_(i, k) * x(k, j);
+        x(i, j) = sum * inverse_(i);
+      }
+    }
+    for (int j = 0; j < N; ++j) {
+      for (int i = j; i < N; ++i) {
+        double sum = 0.0;
+        for (int k = i; k < N; ++k) sum += x(k, i) * x(k, j);
+        x(i, j) = x(j, i) = sum * scale_(i) * scale_(j);
+      }
+    }
+    return x;
+  }
+
  private:
   Matrix L_;                             // strictly lower triangle
   Eigen::Matrix<double, N, 1> inverse_;  // of the diagonal

@@ -64,14 +64,18 @@ class DltSystem {
 
   /// Adds both points of a model line; `l` has a unit normal.
   void add(const Vec3& l, const Point& p, const Point& q) {
-    Eigen::Matrix<double, D + 1, 2> points;
-    points << p, q, 1.0, 1.0;
+    double ends[2][D + 1];
+    for (int i = 0; i < D; ++i) {
+      ends[0][i] = p(i);
+      ends[1][i] = q(i);
+    }
+    ends[0][D] = ends[1][D] = 1.0;
     const double ll[6] = {l(0) * l(0), l(0) * l(1), l(0) * l(2), l(1) * l(1), l(1) * l(2), l(2) * l(2)};
     double* sum = sums_;
     for (int i = 0; i <= D; ++i) {
-      for (int j = i; j <= D; ++j) {
-        const double weight = points.row(i).dot(points.row(j));
-        for (const double entry : ll) *sum++ += weight * entry;
+      for (int j = i; j <= D; ++j, sum += 6) {
+        const double weight = ends[0][i] * ends[0][j] + ends[1][i] * ends[1][j];
+        for (int k = 0; k < 6; ++k) sum[k] += weight * ll[k];
       }
     }
   }

@@ -40,7 +40,7 @@ Candidate evaluate_any(const Camera& c, const IdealLine& line, double s, double 
   const Vec2 ideal = line.origin + s * line.direction;
   const RadialFactor radial = radial_at(c, ideal.squaredNorm(), line.knee);
   const Vec2 image = distorted_point(c, ideal, radial);
-  const Vec2 tangent = distorted_motion(c, ideal, radial, line.direction);
+  const Vec2 tangent = distorted_motion(c, ideal, radial, line.direction, s);
   return {ideal(0),
           ideal(1),
           radial,
@@ -94,7 +94,6 @@ double beyond_bracket(const IdealLine& line, double low, double high, double nex
     const double speed2 = here.tangent_u * here.tangent_u + here.tangent_v * here.tangent_v;
     if (!(speed2 > 0.0)) return false;
     const double gradient = here.tangent_u * here.offset_u + here.tangent_v * here.offset_v;
-    (gradient > 0.0 ? high : low) = at;
     // Gauss-Newton's curvature first, then the secant's: near the fold the image bends within a few pixels.
     double curvature = speed2;
     if (i > 0) {
@@ -102,13 +101,17 @@ double beyond_bracket(const IdealLine& line, double low, double high, double nex
       if (secant > kMinCurvature * speed2) curvature = secant;
     }
     double next = at - gradient / curvature;
-    if (!(next > low && next < high)) next = beyond_bracket(line, low, high, next);
+    if (!(next > low && next < high)) {
+      (gradient > 0.0 ? high : low) = at;
+      next = beyond_bracket(line, low, high, next);
+    }
     const double moved2 = (next - at) * (next - at) * speed2;
     if (moved2 <= tolerance_px * tolerance_px || i == kMaxFootSteps) {
       *s = next;
       *best = here;
       return true;
     }
+    (gradient > 0.0 ? high : low) = at;
     last_at = at;
     last_gradient = gradient;
     at = next;
@@ -173,29 +176,30 @@ bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, 
 bool line_residual(const Camera& camera, double radius_limit, const CameraLine& line, const Vec2& pixel,
                    LineResidual* out) {
   IdealLine ideal;
-  float foot = kNoFoot;
-  return ideal_line(line, radius_limit, &ideal) && line_residual(camera, line, ideal, pixel, &foot, out);
+  return ideal_line(line, radius_limit, &ideal) && line_residual(camera, line, ideal, pixel, nullptr, out);
 }
 
 bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine& ideal, const Vec2& pixel, float* foot,
                    LineResidual* out) {
   Candidate best;
-  const bool cold = *foot == kNoFoot;
+  const bool cold = foot == nullptr || *foot == kNoFoot;
   double s = cold ? ideal.direction.dot(roughly_undistorted(camera, pixel)) : static_cast<double>(*foot);
-  if (!search_foot(camera, ideal, pixel(0), pixel(1), cold ? kFootTolerancePx : kWarmTolerancePx, &s, &best))
-    return false;
-  *foot = static_cast<float>(s);
+  const double tolerance_px = foot == nullptr ? kFootTolerancePx : kWarmTolerancePx;
+  if (!search_foot(camera, ideal, pixel(0), pixel(1), tolerance_px, &s, &best)) return false;
+  if (foot != nullptr) *foot = static_cast<float>(s);
   const Vec2 normal = unit_normal(best);
-  out->value_px = -(normal(0) * best.offset_u + normal(1) * best.offset_v);
+  double* const row = out->row;
+  row[0] = -(normal(0) * best.offset_u + normal(1) * best.offset_v);
 
   // The foot moves across the ideal line by -ideal.normal d(N . m~) / scale.
   const Vec2 weight(normal(0) * camera.fx, normal(1) * camera.fy);
   const Vec2 foot_ideal(best.x, best.y);
-  const double gain = weight.dot(distorted_motion(camera, foot_ideal, best.radial, ideal.normal)) / ideal.scale;
+  const double gain =
+      weight.dot(distorted_motion(camera, foot_ideal, best.radial, ideal.normal, -ideal.offset)) / ideal.scale;
   const double x = gain * best.x, y = gain * best.y;
   const Vec3& N = line.moment;
   const Vec3& D = line.direction;
-  double* const d_pose = out->d_pose.data();  // gain (N x m~, D x m~)
+  double* const d_pose = row + LineResidual::kPose;  // gain (N x m~, D x m~)
   d_pose[0] = N(1) * gain - N(2) * y;
   d_pose[1] = N(2) * x - N(0) * gain;
   d_pose[2] = N(0) * y - N(1) * x;
@@ -203,11 +207,14 @@ bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine
   d_pose[4] = D(2) * x - D(0) * gain;
   d_pose[5] = D(0) * y - D(1) * x;
 
-  out->d_intrinsics(0) = -normal(0) * best.x_d;
-  out->d_intrinsics(1) = -normal(1) * best.y_d;
-  out->d_intrinsics(2) = -normal(0);
-  out->d_intrinsics(3) = -normal(1);
-  out->d_intrinsics.tail<5>() = -distortion_gradient(camera, foot_ideal, weight, ideal.knee);
+  double* const d_intrinsics = row + LineResidual::kIntrinsics;
+  d_intrinsics[0] = -normal(0) * best.x_d;
+  d_intrinsics[1] = -normal(1) * best.y_d;
+  d_intrinsics[2] = -normal(0);
+  d_intrinsics[3] = -normal(1);
+  double gradient[5];
+  distortion_gradient(camera, foot_ideal, weight, ideal.knee, gradient);
+  for (int i = 0; i < 5; ++i) d_intrinsics[4 + i] = -gradient[i];
   return true;
 }
 

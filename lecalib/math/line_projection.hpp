@@ -64,11 +64,18 @@ bool find_foot(const Camera& camera, double radius_limit, const CameraLine& line
 /// @return false, *foot unchanged, where the line's image has no tangent
 bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, LineFoot* foot);
 
-/// Residual and derivatives of one measured pixel.
+/// Residual and derivatives of one measured pixel, as a row of a least-squares problem.
 struct LineResidual {
-  double value_px;    ///< normal . (pixel - foot)
-  Row6 d_pose;        ///< by (w, v) of the update x_cam' = exp(w) x_cam + v
-  Row9 d_intrinsics;  ///< in the order of kIntrinsics
+  static constexpr int kPose = 1;        ///< first column of the derivatives by the pose
+  static constexpr int kIntrinsics = 7;  ///< and by the intrinsics
+  double row[16];
+
+  /// normal . (pixel - foot)
+  [[nodiscard]] double value_px() const { return row[0]; }
+  /// By (w, v) of the update x_cam' = exp(w) x_cam + v.
+  [[nodiscard]] Eigen::Map<const Row6> d_pose() const { return Eigen::Map<const Row6>(row + kPose); }
+  /// In the order of kIntrinsics.
+  [[nodiscard]] Eigen::Map<const Row9> d_intrinsics() const { return Eigen::Map<const Row9>(row + kIntrinsics); }
 };
 
 /// As find_foot, with the residual's derivatives. The foot minimises the distance, so its motion along the line drops
@@ -82,8 +89,8 @@ bool line_residual(const Camera& camera, double radius_limit, const CameraLine& 
 inline constexpr float kNoFoot = 3e38F;
 
 /// As above, with the ideal line at hand, and begun where the last search for this point ended: while a refinement
-/// settles, feet hardly move.
-/// @param[in,out] foot kNoFoot at first
+/// settles, feet hardly move, so that 0.1 px along the line is near enough for each of its steps.
+/// @param[in,out] foot kNoFoot at first; null: there is no other step, and the foot is found at once
 /// @return false, *out unchanged, where the line's image has no tangent
 bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine& ideal, const Vec2& pixel, float* foot,
                    LineResidual* out);

@@ -96,7 +96,7 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
     result->parameter = undetermined_parameter(system.matrix);
     return Status::degenerate_geometry;
   }
-  Mat9 covariance = factor.solve(Mat9(Mat9::Identity()));
+  Mat9 covariance = factor.inverse();
   const double condition = condition_of(system.matrix, covariance);
   hold(policy, &covariance);
   const double poses = 6.0 * static_cast<double>(num_views_used);

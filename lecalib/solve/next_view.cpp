@@ -34,9 +34,9 @@ struct ViewEquations {
   Mat9 camera = Mat9::Zero();
 
   void add(const LineResidual& residual) {
-    pose += residual.d_pose.transpose() * residual.d_pose;
-    cross += residual.d_pose.transpose() * residual.d_intrinsics;
-    camera += residual.d_intrinsics.transpose() * residual.d_intrinsics;
+    pose += residual.d_pose().transpose() * residual.d_pose();
+    cross += residual.d_pose().transpose() * residual.d_intrinsics();
+    camera += residual.d_intrinsics().transpose() * residual.d_intrinsics();
   }
 };
 

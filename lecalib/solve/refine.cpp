@@ -95,17 +95,18 @@ bool Refiner::all_within(Loss loss, double width) const {
   return true;
 }
 
-/// Normal equations and residuals of one view. A row of the sum holds the derivatives by the pose, those by the first
-/// A intrinsics, which are all that are free, and the residual.
+/// Normal equations and residuals of one view.
 /// @return false where the cost has passed `most_cost`: nobody wants the rest then
-template <int A>
 bool Refiner::linearise_view(std::size_t index, double knee, double most_cost) {
-  constexpr int kResidual = 6 + A;
+  constexpr int kPose = LineResidual::kPose;
+  constexpr int kCamera = LineResidual::kIntrinsics;
+  constexpr int kFew = 6;  // intrinsics that are free at most, where only the first ones are
+  const int free_end = num_free_ == 0 ? 0 : free_[num_free_ - 1] + 1;
   const View& span = data_.views[index];
   RefineView& view = views_[index];
   const Mat3 R = rotation_of(view.pose);
   const Vec3 t = translation_of(view.pose);
-  Gram<kResidual + 1> sum;
+  Gram<kCamera + 9> sum;
   std::uint32_t held_line = 0xFFFFFFFFU;
   CameraLine line{};
   IdealLine ideal{};
@@ -120,41 +121,38 @@ bool Refiner::linearise_view(std::size_t index, double knee, double most_cost) {
     LineResidual residual;
     const bool counts = !is_left_out(data_, i);
     if (counts) ++points_used_;
-    float foot = feet_.empty() ? kNoFoot : feet_[i];
-    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) {
+    float* const foot = feet_.empty() ? nullptr : &feet_[i];
+    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), foot, &residual)) {
       residuals_[i] = static_cast<float>(kLostSigmas);
       if (!counts) continue;
       ++points_lost_;
       data_cost_ += evaluate_loss(options_.loss, options_.loss_width, kLostSigmas * kLostSigmas).rho;
       continue;
     }
-    if (!feet_.empty()) feet_[i] = foot;
     const double inverse_sigma = 1.0 / point.sigma_px;
-    const double r = residual.value_px * inverse_sigma;
+    const double r = residual.value_px() * inverse_sigma;
     const LossValue loss = evaluate_loss(options_.loss, options_.loss_width, r * r);
     residuals_[i] = static_cast<float>(r);
     if (!counts) continue;
     data_cost_ += loss.rho;
     if (data_cost_ > most_cost) return false;
     const double gain = loss.weight == 1.0 ? inverse_sigma : std::sqrt(loss.weight) * inverse_sigma;
-    double row[sum.kSize] = {};
-    for (int j = 0; j < 6; ++j) row[j] = gain * residual.d_pose(j);
-    for (int j = 0; j < A; ++j) row[6 + j] = gain * residual.d_intrinsics(j);
-    row[kResidual] = gain * residual.value_px;
-    sum.add(row);
+    if (free_end <= kFew) {
+      sum.add<kCamera + kFew>(gain, residual.row);
+    } else {
+      sum.add<kCamera + 9>(gain, residual.row);
+    }
   }
   for (int j = 0; j < 6; ++j) {
-    view.pose_gradient[j] = -sum(j, kResidual);
-    for (int i = 0; i < 6; ++i) view.pose_block[6 * j + i] = sum(i, j);
+    view.pose_gradient[j] = -sum(0, kPose + j);
+    for (int i = 0; i < 6; ++i) view.pose_block[6 * j + i] = sum(kPose + i, kPose + j);
   }
   for (double& entry : view.cross_block) entry = 0.0;
-  for (int j = 0; j < A; ++j) {
+  for (int j = 0; j < free_end; ++j) {
+    data_gradient_(j) -= sum(0, kCamera + j);
+    for (int i = j; i < free_end; ++i) data_block_(i, j) += sum(kCamera + j, kCamera + i);
     if (!policy_.free[static_cast<std::size_t>(j)]) continue;
-    for (int i = 0; i < 6; ++i) view.cross_block[6 * j + i] = sum(i, 6 + j);
-  }
-  for (int j = 0; j < A; ++j) {
-    data_gradient_(j) -= sum(6 + j, kResidual);
-    for (int i = j; i < A; ++i) data_block_(i, j) += sum(6 + j, 6 + i);
+    for (int i = 0; i < 6; ++i) view.cross_block[6 * j + i] = sum(kPose + i, kCamera + j);
   }
   return true;
 }
@@ -214,11 +212,8 @@ bool Refiner::linearise(double most_cost) {
   data_cost_ = 0.0;
   points_used_ = points_lost_ = 0;
   const double knee = radius_of_slope(camera_, kKneeSlope);
-  const bool few = num_free_ == 0 || free_[num_free_ - 1] < 6;
   for (std::size_t v = 0; v < views_.size(); ++v) {
-    if (!views_[v].used) continue;
-    const bool all = few ? linearise_view<6>(v, knee, most_cost) : linearise_view<9>(v, knee, most_cost);
-    if (!all) return false;
+    if (views_[v].used && !linearise_view(v, knee, most_cost)) return false;
   }
   add_priors();
   return std::isfinite(cost_) && camera_.fx > 0.0 && camera_.fy > 0.0;

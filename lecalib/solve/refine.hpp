@@ -160,7 +160,6 @@ class Refiner {
 
  private:
   bool linearise(double most_cost = std::numeric_limits<double>::max());
-  template <int A>
   bool linearise_view(std::size_t index, double knee, double most_cost);
   void add_priors();
   [[nodiscard]] bool all_within(Loss loss, double width) const;
@@ -170,6 +169,7 @@ class Refiner {
   void visit_points(std::size_t view, double knee, const Visit& visit, std::uint32_t only_line = kNoView) const;
   bool pose_solution(std::size_t view, Mat69* eliminated, Mat6* own, Mat6* partner) const;
   [[nodiscard]] double turn_precision(std::size_t turn) const;
+  bool answer_to_turn(std::size_t turn, Mat3* residual, Eigen::Matrix<double, 9, 3>* gradient) const;
   void pair_views();
   void gather(std::size_t view, PoseGroup<6>* out) const;
   void gather(std::size_t view, PoseGroup<12>* out) const;

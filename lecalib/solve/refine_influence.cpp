@@ -35,10 +35,9 @@ void Refiner::visit_points(std::size_t index, double knee, const Visit& visit, s
       visible = straightened_line(line, knee, &ideal);
     }
     LineResidual residual;
-    float foot = kNoFoot;
-    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) continue;
+    if (!visible || !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), nullptr, &residual)) continue;
     const double precision = 1.0 / (point.sigma_px * point.sigma_px);
-    const double r2 = residual.value_px * residual.value_px * precision;
+    const double r2 = residual.value_px() * residual.value_px() * precision;
     visit(i, residual, evaluate_loss(options_.loss, options_.loss_width, r2).weight * precision);
   }
 }
@@ -49,7 +48,7 @@ bool Refiner::pose_solution(std::size_t view, Mat69* eliminated, Mat6* own, Mat6
     Cholesky<6> factor;
     if (!factor.factor(pose_block_of(views_[view]), kMinPosePivot)) return false;
     *eliminated = factor.solve(cross_block_of(views_[view]));
-    *own = factor.solve(Mat6(Mat6::Identity()));
+    *own = factor.inverse();
     partner->setZero();
     return true;
   }
@@ -58,10 +57,9 @@ bool Refiner::pose_solution(std::size_t view, Mat69* eliminated, Mat6* own, Mat6
   Cholesky<12> factor;
   if (!factor.factor(group.block, kMinPosePivot)) return false;
   *eliminated = factor.solve(group.cross).topRows<6>();
-  const Eigen::Matrix<double, 12, 6> columns =
-      factor.solve(Eigen::Matrix<double, 12, 6>(Eigen::Matrix<double, 12, 6>::Identity()));
-  *own = columns.topRows<6>();
-  *partner = columns.bottomRows<6>().transpose();
+  const Eigen::Matrix<double, 12, 12> inverse = factor.inverse();
+  *own = inverse.topLeftCorner<6, 6>();
+  *partner = inverse.topRightCorner<6, 6>();
   return true;
 }
 
@@ -76,7 +74,7 @@ void Refiner::line_responses(Span<LineResponse> responses) const {
     visit_points(v, knee, [&](std::size_t i, const LineResidual& residual, double weight) {
       if (is_left_out(data_, i)) return;
       Eigen::Map<Vec9> gradient(responses[data_.points[i].line].gradient);
-      gradient += weight * (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
+      gradient += weight * (residual.d_intrinsics() - residual.d_pose() * eliminated).transpose();
     });
   }
 }
@@ -96,7 +94,7 @@ bool Refiner::pose_covariance(std::size_t view, const Eigen::Matrix<double, 9, 9
     visit_points(of, knee, [&](std::size_t i, const LineResidual& residual, double weight) {
       if (is_left_out(data_, i)) return;
       Eigen::Map<Vec6> pose(responses[data_.points[i].line].pose);
-      pose += weight * block.lazyProduct(residual.d_pose.transpose());
+      pose += weight * block.lazyProduct(residual.d_pose().transpose());
     });
   };
   add_view(view, own);
@@ -113,8 +111,7 @@ bool Refiner::standardised_residuals(Span<float> out) const {
   ReducedSystem system;
   Cholesky<9> factor;
   if (!reduce(0.0, &system) || !factor.factor(system.matrix)) return false;
-  Eigen::Matrix<double, 9, 9> covariance =
-      factor.solve(Eigen::Matrix<double, 9, 9>(Eigen::Matrix<double, 9, 9>::Identity()));
+  Mat9 covariance = factor.inverse();
   for (Eigen::Index i = 0; i < 9; ++i) {
     if (!policy_.free[i]) covariance(i, i) = 0.0;
   }
@@ -135,13 +132,13 @@ void Refiner::standardise_view(std::size_t index, const Eigen::Matrix<double, 9,
   for (std::size_t i = span.first; i < span.first + span.count; ++i) out[i] = residuals_[i];
   visit_points(
       index, radius_of_slope(camera_, kKneeSlope), [&](std::size_t i, const LineResidual& residual, double weight) {
-        const Vec9 a = (residual.d_intrinsics - residual.d_pose * eliminated).transpose();
-        const Vec6 p = residual.d_pose.transpose();
+        const Vec9 a = (residual.d_intrinsics() - residual.d_pose() * eliminated).transpose();
+        const Vec6 p = residual.d_pose().transpose();
         const double variance = a.dot(covariance.lazyProduct(a)) + p.dot(pose_covariance.lazyProduct(p));
         const double sigma = data_.points[i].sigma_px;
         const double left =
             is_left_out(data_, i) ? 1.0 + variance / (sigma * sigma) : std::max(1.0 - weight * variance, kMinLeft);
-        out[i] = static_cast<float>(residual.value_px / (sigma * std::sqrt(left)));
+        out[i] = static_cast<float>(residual.value_px() / (sigma * std::sqrt(left)));
       });
 }
 
@@ -159,7 +156,7 @@ double Refiner::line_misfit(const ReducedSystem& system, std::size_t view, std::
   Cholesky<9> intrinsics;
   Cholesky<6> pose;
   if (!intrinsics.factor(system.matrix) || !pose_solution(view, &eliminated, &own, &partner) || !pose.factor(own) ||
-      !pose.factor(pose.solve(Mat6(Mat6::Identity())))) {
+      !pose.factor(pose.inverse())) {
     return 0.0;
   }
   Mat15 all = Mat15::Zero();
@@ -175,11 +172,11 @@ double Refiner::line_misfit(const ReducedSystem& system, std::size_t view, std::
   const auto add_point = [&](std::size_t i, const LineResidual& residual, double weight) {
     if (any_used && is_left_out(data_, i)) return;
     const double sigma = data_.points[i].sigma_px;
-    Vec9 a = (residual.d_intrinsics - residual.d_pose * eliminated).transpose() / sigma;
+    Vec9 a = (residual.d_intrinsics() - residual.d_pose() * eliminated).transpose() / sigma;
     for (Eigen::Index k = 0; k < 9; ++k) a(k) = policy_.free[k] ? a(k) : 0.0;
     Vec15 row;
-    row << intrinsics.whiten(a), pose.whiten(Vec6(residual.d_pose.transpose() / sigma));
-    const double r = residual.value_px / sigma;
+    row << intrinsics.whiten(a), pose.whiten(Vec6(residual.d_pose().transpose() / sigma));
+    const double r = residual.value_px() / sigma;
     const double used = is_left_out(data_, i) ? 0.0 : weight * sigma * sigma;
     all += row * row.transpose();
     without -= used * row * row.transpose();

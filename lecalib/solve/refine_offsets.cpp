@@ -65,25 +65,24 @@ void Refiner::add_point_offsets(std::size_t index, const CameraLine& line, doubl
   const LinePoint& point = data_.points[index];
   IdealLine ideal;
   LineResidual residual;
-  float foot = kNoFoot;
   if (terms.count == 0 || !straightened_line(line, knee, &ideal) ||
-      !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), &foot, &residual)) {
+      !line_residual(camera_, line, ideal, Vec2(point.u_px, point.v_px), nullptr, &residual)) {
     return;
   }
   const double inverse_sigma = 1.0 / point.sigma_px;
-  const double r = residual.value_px * inverse_sigma;
+  const double r = residual.value_px() * inverse_sigma;
   const double weight = evaluate_loss(options_.loss, options_.loss_width, r * r).weight * inverse_sigma * inverse_sigma;
   // By the principal point the residual changes as by the pixel, turned round; so it does by what is taken off the
   // pixel.
   const EdgePoint& edge = data_.edges[index];
-  const double by_offset = residual.d_intrinsics(2) * static_cast<double>(edge.normal_x) +
-                           residual.d_intrinsics(3) * static_cast<double>(edge.normal_y);
+  const double by_offset = residual.d_intrinsics()(2) * static_cast<double>(edge.normal_x) +
+                           residual.d_intrinsics()(3) * static_cast<double>(edge.normal_y);
   for (std::size_t a = 0; a < terms.count; ++a) {
     const std::size_t i = terms.index[a];
     const double gain = weight * by_offset * terms.factor[a];
-    out.gradient[i] -= gain * residual.value_px;
-    camera_row(out, i) += gain * residual.d_intrinsics.transpose();
-    pose_row(out, i) += gain * residual.d_pose.transpose();
+    out.gradient[i] -= gain * residual.value_px();
+    camera_row(out, i) += gain * residual.d_intrinsics().transpose();
+    pose_row(out, i) += gain * residual.d_pose().transpose();
     for (std::size_t b = 0; b < terms.count; ++b) {
       if (terms.index[b] <= i) out.matrix[triangle_index(i, terms.index[b])] += gain * by_offset * terms.factor[b];
     }

@@ -6,13 +6,13 @@
 namespace lecalib {
 namespace {
 
-Eigen::Matrix<double, 6, 1> gradient_of(const RefineView& view) {
-  return Eigen::Map<const Eigen::Matrix<double, 6, 1>>(view.pose_gradient);
-}
+using TurnJacobian = Eigen::Matrix<double, 3, 12>;
+
+Vec6 gradient_of(const RefineView& view) { return Eigen::Map<const Vec6>(view.pose_gradient); }
 
 /// The residual's derivative by both poses' increments, in the order of PoseGroup<12> gathered for `view`.
-Eigen::Matrix<double, 3, 12> turn_jacobian(const RelativePrior& turn, std::size_t view, const TurnResidual& residual) {
-  Eigen::Matrix<double, 3, 12> J = Eigen::Matrix<double, 3, 12>::Zero();
+TurnJacobian turn_jacobian(const RelativePrior& turn, std::size_t view, const TurnResidual& residual) {
+  TurnJacobian J = TurnJacobian::Zero();
   J.middleCols<3>(turn.view_a == view ? 0 : 6) = residual.by_a;
   J.middleCols<3>(turn.view_a == view ? 6 : 0) = residual.by_b;
   return J;
@@ -47,59 +47,54 @@ void Refiner::gather(std::size_t view, PoseGroup<6>* out) const {
 
 /// The view's parameters come first, its partner's behind.
 void Refiner::gather(std::size_t view, PoseGroup<12>* out) const {
-  const RefineView& first = views_[view];
-  const RefineView& second = views_[first.partner];
-  out->block.topLeftCorner<6, 6>() = pose_block_of(first);
-  out->block.bottomRightCorner<6, 6>() = pose_block_of(second);
-  out->block.topRightCorner<6, 6>().setZero();
-  out->block.bottomLeftCorner<6, 6>().setZero();
-  out->cross.topRows<6>() = cross_block_of(first);
-  out->cross.bottomRows<6>() = cross_block_of(second);
-  out->gradient.head<6>() = gradient_of(first);
-  out->gradient.tail<6>() = gradient_of(second);
-  const RelativePrior& turn = data_.relative[first.turn];
+  const RefineView* const views[] = {&views_[view], &views_[views_[view].partner]};
+  out->block.setZero();
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    out->block.block<6, 6>(6 * k, 6 * k) = pose_block_of(*views[k]);
+    out->cross.middleRows<6>(6 * k) = cross_block_of(*views[k]);
+    out->gradient.segment<6>(6 * k) = gradient_of(*views[k]);
+  }
+  const RelativePrior& turn = data_.relative[views[0]->turn];
   const TurnResidual residual = turn_residual(turn, views_[turn.view_a].pose, views_[turn.view_b].pose);
-  const double precision = turn_precision(first.turn);
-  const Eigen::Index a = turn.view_a == view ? 0 : 6;
-  const Eigen::Index b = 6 - a;
-  out->block.block<3, 3>(a, a) += precision * residual.by_a.transpose() * residual.by_a;
-  out->block.block<3, 3>(b, b) += precision * residual.by_b.transpose() * residual.by_b;
-  out->block.block<3, 3>(a, b) += precision * residual.by_a.transpose() * residual.by_b;
-  out->block.block<3, 3>(b, a) += precision * residual.by_b.transpose() * residual.by_a;
-  out->gradient.segment<3>(a) -= precision * residual.by_a.transpose() * residual.value;
-  out->gradient.segment<3>(b) -= precision * residual.by_b.transpose() * residual.value;
+  const TurnJacobian J = turn_jacobian(turn, view, residual);
+  const TurnJacobian weighted = turn_precision(views[0]->turn) * J;
+  out->block += weighted.transpose().lazyProduct(J);
+  out->gradient -= weighted.transpose().lazyProduct(residual.value);
 }
 
-Eigen::Matrix<double, 9, 3> Refiner::turn_response(std::size_t index) const {
+/// The two poses' answer to a change of the turn's residual, as far as it changes that residual, and the reduced
+/// gradient.
+/// @return false, outputs unchanged, where one of its views is not used or their poses are not determined
+bool Refiner::answer_to_turn(std::size_t index, Mat3* residual, Eigen::Matrix<double, 9, 3>* gradient) const {
   const RelativePrior& turn = data_.relative[index];
-  Eigen::Matrix<double, 9, 3> response = Eigen::Matrix<double, 9, 3>::Zero();
-  if (views_[turn.view_a].partner != turn.view_b) return response;
+  if (views_[turn.view_a].partner != turn.view_b) return false;
   PoseGroup<12> group;
   gather(turn.view_a, &group);
   Cholesky<12> factor;
-  if (!factor.factor(group.block, kMinPosePivot)) return response;
-  const auto J =
+  if (!factor.factor(group.block, kMinPosePivot)) return false;
+  const TurnJacobian J =
       turn_jacobian(turn, turn.view_a, turn_residual(turn, views_[turn.view_a].pose, views_[turn.view_b].pose));
-  const Eigen::Matrix<double, 12, 3> gradient = turn_precision(index) * turn.shared_rad * J.transpose();
-  response = -factor.solve(group.cross).transpose().lazyProduct(gradient);
-  return response;
+  const Eigen::Matrix<double, 12, 3> poses = factor.solve(Eigen::Matrix<double, 12, 3>(J.transpose()));
+  *residual = J.lazyProduct(poses);
+  *gradient = group.cross.transpose().lazyProduct(poses);
+  return true;
+}
+
+Eigen::Matrix<double, 9, 3> Refiner::turn_response(std::size_t index) const {
+  Mat3 residual;
+  Eigen::Matrix<double, 9, 3> gradient;
+  if (!answer_to_turn(index, &residual, &gradient)) return Eigen::Matrix<double, 9, 3>::Zero();
+  return -turn_precision(index) * data_.relative[index].shared_rad * gradient;
 }
 
 double Refiner::parameters_from_turns(const Eigen::Matrix<double, 9, 9>& inverse) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < data_.relative.size(); ++i) {
-    const RelativePrior& turn = data_.relative[i];
-    PoseGroup<12> group;
-    Cholesky<12> factor;
-    if (views_[turn.view_a].partner != turn.view_b) continue;
-    gather(turn.view_a, &group);
-    if (!factor.factor(group.block, kMinPosePivot)) continue;
-    const auto J =
-        turn_jacobian(turn, turn.view_a, turn_residual(turn, views_[turn.view_a].pose, views_[turn.view_b].pose));
-    const Eigen::Matrix<double, 12, 3> answer = factor.solve(Eigen::Matrix<double, 12, 3>(J.transpose()));
-    const Eigen::Matrix<double, 9, 3> seen = group.cross.transpose().lazyProduct(answer);
-    const Mat3 covariance = Mat3(J.lazyProduct(answer)) + Mat3(seen.transpose().lazyProduct(inverse.lazyProduct(seen)));
-    sum += turn_precision(i) * covariance.trace();
+    Mat3 residual;
+    Eigen::Matrix<double, 9, 3> gradient;
+    if (!answer_to_turn(i, &residual, &gradient)) continue;
+    // The trace of the residual's covariance.
+    sum += turn_precision(i) * (residual.trace() + gradient.cwiseProduct(inverse.lazyProduct(gradient)).sum());
   }
   return sum;
 }

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "lecalib/core/rng.hpp"
@@ -31,6 +32,23 @@ TEST_CASE("solutions of badly scaled systems leave no residual") {
       for (int c = 0; c < 6; ++c) {
         const double scale = std::sqrt(A(r, r) / A(c, c));
         CHECK(std::abs(product(r, c) - (r == c ? 1.0 : 0.0)) < 1e-11 * std::max(1.0, scale));
+      }
+    }
+  }
+}
+
+TEST_CASE("the inverse is the solution for the unit matrix, and symmetric") {
+  Rng rng(4);
+  for (int i = 0; i < 50; ++i) {
+    const Mat6 A = random_definite(rng);
+    Cholesky<6> factor;
+    REQUIRE(factor.factor(A));
+    const Mat6 inverse = factor.inverse();
+    const Mat6 solved = factor.solve(Mat6(Mat6::Identity()));
+    CHECK(inverse == inverse.transpose());
+    for (int r = 0; r < 6; ++r) {
+      for (int c = 0; c < 6; ++c) {
+        CHECK(std::abs(inverse(r, c) - solved(r, c)) < 1e-11 * std::sqrt(solved(r, r) * solved(c, c)));
       }
     }
   }

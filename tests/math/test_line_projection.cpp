@@ -82,11 +82,11 @@ TEST_CASE("the residual is the distance to the line's image, for all models") {
     LineResidual residual;
     const CameraLine line = line_in_camera(s.R, s.t, s.line);
     REQUIRE(line_residual(s.camera, valid_radius(s.camera), line, s.pixel, &residual));
-    CHECK(std::abs(residual.value_px) == doctest::Approx(scanned_distance(s)).epsilon(1e-7));
+    CHECK(std::abs(residual.value_px()) == doctest::Approx(scanned_distance(s)).epsilon(1e-7));
     LineFoot foot;
     REQUIRE(find_foot(s.camera, valid_radius(s.camera), line, s.pixel, &foot));
     CHECK(foot.normal.norm() == doctest::Approx(1.0).epsilon(1e-14));
-    CHECK(foot.normal.dot(s.pixel - foot.pixel) == doctest::Approx(residual.value_px).epsilon(1e-12));
+    CHECK(foot.normal.dot(s.pixel - foot.pixel) == doctest::Approx(residual.value_px()).epsilon(1e-12));
     CHECK(std::abs(line.moment.dot(Vec3(foot.ideal(0), foot.ideal(1), 1.0))) < 1e-12 * line.moment.norm());
   }
 }
@@ -103,7 +103,7 @@ TEST_CASE("the derivatives are those of central differences, in front of and beh
       LineResidual moved;
       const Mat3 turn = so3_exp(w);
       REQUIRE(line_residual(camera, limit, line_in_camera(turn * s.R, turn * s.t + v, s.line), s.pixel, &moved));
-      return moved.value_px;
+      return moved.value_px();
     };
     for (int k = 0; k < 6; ++k) {
       Vec3 step = Vec3::Zero();
@@ -111,7 +111,7 @@ TEST_CASE("the derivatives are those of central differences, in front of and beh
       const Vec3 none = Vec3::Zero();
       const double plus = k < 3 ? value(s.camera, step, none) : value(s.camera, none, step);
       const double minus = k < 3 ? value(s.camera, -step, none) : value(s.camera, none, -step);
-      CHECK(std::abs((plus - minus) / 2e-6 - residual.d_pose(k)) < 1e-5 * (1.0 + residual.d_pose.norm()));
+      CHECK(std::abs((plus - minus) / 2e-6 - residual.d_pose()(k)) < 1e-5 * (1.0 + residual.d_pose().norm()));
     }
     for (std::size_t k = 0; k < kNumIntrinsics; ++k) {
       const double h = k < 4 ? 1e-3 : 1e-6;
@@ -121,8 +121,8 @@ TEST_CASE("the derivatives are those of central differences, in front of and beh
       down.*kIntrinsics[k] -= h;
       const double difference =
           (value(up, Vec3::Zero(), Vec3::Zero()) - value(down, Vec3::Zero(), Vec3::Zero())) / (2.0 * h);
-      CHECK(std::abs(difference - residual.d_intrinsics(static_cast<int>(k))) <
-            1e-5 * (1.0 + residual.d_intrinsics.norm()));
+      CHECK(std::abs(difference - residual.d_intrinsics()(static_cast<int>(k))) <
+            1e-5 * (1.0 + residual.d_intrinsics().norm()));
     }
   }
 }
@@ -134,7 +134,7 @@ TEST_CASE("a point on the line has no residual, wherever the line's end points a
       const Scene s = random_scene(rng, 4.0, depth_q, 0.0);
       LineResidual residual;
       REQUIRE(line_residual(s.camera, valid_radius(s.camera), line_in_camera(s.R, s.t, s.line), s.pixel, &residual));
-      CHECK(std::abs(residual.value_px) < 1e-9);
+      CHECK(std::abs(residual.value_px()) < 1e-9);
     }
   }
 }
@@ -149,8 +149,8 @@ TEST_CASE("pixels beyond the image of the fold stay finite and lines outside of 
   CHECK(foot.ideal.norm() < limit);
   LineResidual residual;
   REQUIRE(line_residual(camera, limit, line, Vec2(camera.cx + 600.0, camera.cy), &residual));
-  CHECK(std::isfinite(residual.value_px));
-  CHECK(residual.d_intrinsics.allFinite());
+  CHECK(std::isfinite(residual.value_px()));
+  CHECK(residual.d_intrinsics().allFinite());
 
   const ModelLine far = {{1.1 * limit, -1.0, 1.0}, {1.1 * limit, 1.0, 1.0}};
   CHECK_FALSE(find_foot(camera, limit, line_in_camera(Mat3::Identity(), Vec3::Zero(), far), Vec2(600.0, 200.0), &foot));

@@ -132,7 +132,7 @@ struct Dense {
           LineResidual residual;
           REQUIRE(line_residual(camera, valid_radius(camera), line_in_camera(R, t, s.views.model[point.line]), pixel,
                                 &residual));
-          out(static_cast<Eigen::Index>(i)) = residual.value_px / point.sigma_px;
+          out(static_cast<Eigen::Index>(i)) = residual.value_px() / point.sigma_px;
         }
       }
       return out;

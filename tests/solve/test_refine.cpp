@@ -110,9 +110,9 @@ void dense_system(const Problem& p, Eigen::MatrixXd* J, Eigen::VectorXd* r) {
           line_in_camera(rotation_of(p.views[v].pose), translation_of(p.views[v].pose), p.scene.model[point.line]),
           Vec2(point.u_px, point.v_px), &residual));
       const auto row = static_cast<Eigen::Index>(i);
-      J->block<1, 9>(row, 0) = residual.d_intrinsics / point.sigma_px;
-      J->block<1, 6>(row, 9 + 6 * static_cast<Eigen::Index>(v)) = residual.d_pose / point.sigma_px;
-      (*r)(row) = residual.value_px / point.sigma_px;
+      J->block<1, 9>(row, 0) = residual.d_intrinsics() / point.sigma_px;
+      J->block<1, 6>(row, 9 + 6 * static_cast<Eigen::Index>(v)) = residual.d_pose() / point.sigma_px;
+      (*r)(row) = residual.value_px() / point.sigma_px;
     }
   }
 }

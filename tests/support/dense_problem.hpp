@@ -101,7 +101,7 @@ inline Eigen::VectorXd dense_residuals(const CalibrationData& data, const DenseS
       LineResidual residual;
       REQUIRE(line_residual(camera, valid_radius(camera), line_in_camera(R, t, data.model[data.points[i].line]),
                             Vec2(data.points[i].u_px, data.points[i].v_px), &residual));
-      r(static_cast<Eigen::Index>(i)) = residual.value_px / data.points[i].sigma_px;
+      r(static_cast<Eigen::Index>(i)) = residual.value_px() / data.points[i].sigma_px;
     }
   }
   for (std::size_t i = 0; i < data.relative.size(); ++i) {
