@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lecalib/math/so3.hpp"
+
 namespace lecalib {
 namespace {
 
@@ -12,6 +14,11 @@ constexpr double kMinCommon = 0.6;
 constexpr double kMinKept = 0.95;
 /// Distances are equal within this share of the model's size.
 constexpr double kTolerance = 0.02;
+/// Lengths that a symmetry maps to each other are equal within this share of it: a side that is off by a percent makes
+/// another camera.
+constexpr double kEqualShare = 1e-3;
+/// Poses are the same within this share of the model's distance.
+constexpr double kSameShift = 0.2;
 
 double length_of(const ModelLine& line) {
   return (Eigen::Map<const Vec3>(line.q) - Eigen::Map<const Vec3>(line.p)).norm();
@@ -71,6 +78,30 @@ bool is_same_matching(const MatchScene& scene, const LineTrack& a, const LineTra
   const std::size_t fewer = std::min(count_matches(a), count_matches(b));
   return static_cast<double>(common) >= kMinCommon * static_cast<double>(fewer) &&
          static_cast<double>(kept) >= kMinKept * static_cast<double>(pairs);
+}
+
+bool is_same_placement(const ModelGraph& model, const Pose& a, const Pose& b, double turn_rad, bool up_to_symmetry) {
+  const Vec3 centre = Eigen::Map<const Vec3>(model.centre_m);
+  const Mat3 R = rotation_of(a).transpose() * rotation_of(b);
+  const Vec3 at_a = rotation_of(a) * centre + translation_of(a);
+  const Vec3 at_b = rotation_of(b) * centre + translation_of(b);
+  if ((at_a - at_b).norm() > kSameShift * at_a.norm()) return false;
+  const double reach_m = 0.5 * turn_rad * model.extent_m;
+  const auto is_near = [&](const double(&p)[3], const double(&q)[3]) {
+    return (Eigen::Map<const Vec3>(p) - centre - R * (Eigen::Map<const Vec3>(q) - centre)).norm() <= reach_m;
+  };
+  for (const ModelLine& line : model.lines) {
+    const auto lies_there = [&](const ModelLine& other) {
+      if (is_near(line.p, other.p) && is_near(line.q, other.q)) return &line == &other || up_to_symmetry;
+      return up_to_symmetry && is_near(line.p, other.q) && is_near(line.q, other.p);
+    };
+    if (std::none_of(model.lines.begin(), model.lines.end(), [&](const ModelLine& other) {
+          return std::abs(length_of(line) - length_of(other)) <= kEqualShare * model.extent_m && lies_there(other);
+        })) {
+      return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace lecalib
