@@ -31,6 +31,12 @@ double distance_of(const ModelLine& a, const ModelLine& b) {
   return 0.5 * (sum_a - sum_b).norm();
 }
 
+/// How far a line's ends lie from two points, the worse one.
+double gap_between(const ModelLine& line, const Vec3& p, const Vec3& q) {
+  return std::sqrt(
+      std::max((Eigen::Map<const Vec3>(line.p) - p).squaredNorm(), (Eigen::Map<const Vec3>(line.q) - q).squaredNorm()));
+}
+
 /// The model line that a hypothesis gives to a detected line, or the number of model lines.
 std::size_t label_of(const LineTrack& track, std::size_t window, std::uint16_t line, std::size_t none) {
   if (!track.windows[window].matched) return none;
@@ -86,20 +92,20 @@ bool is_same_placement(const ModelGraph& model, const Pose& a, const Pose& b, do
   const Vec3 at_a = rotation_of(a) * centre + translation_of(a);
   const Vec3 at_b = rotation_of(b) * centre + translation_of(b);
   if ((at_a - at_b).norm() > kSameShift * at_a.norm()) return false;
+  const Vec3 shift = centre - R * centre;  // the turn is about the centre
   const double reach_m = 0.5 * turn_rad * model.extent_m;
-  const auto is_near = [&](const double(&p)[3], const double(&q)[3]) {
-    return (Eigen::Map<const Vec3>(p) - centre - R * (Eigen::Map<const Vec3>(q) - centre)).norm() <= reach_m;
-  };
-  for (const ModelLine& line : model.lines) {
-    const auto lies_there = [&](const ModelLine& other) {
-      if (is_near(line.p, other.p) && is_near(line.q, other.q)) return &line == &other || up_to_symmetry;
-      return up_to_symmetry && is_near(line.p, other.q) && is_near(line.q, other.p);
-    };
-    if (std::none_of(model.lines.begin(), model.lines.end(), [&](const ModelLine& other) {
-          return std::abs(length_of(line) - length_of(other)) <= kEqualShare * model.extent_m && lies_there(other);
-        })) {
-      return false;
+  for (std::size_t i = 0; i < model.lines.size(); ++i) {
+    const ModelLine& line = model.lines[i];
+    bool lies_there = false;
+    for (std::size_t j = up_to_symmetry ? 0 : i; j < (up_to_symmetry ? model.lines.size() : i + 1) && !lies_there;
+         ++j) {
+      const ModelLine& other = model.lines[j];
+      if (std::abs(length_of(line) - length_of(other)) > kEqualShare * model.extent_m) continue;
+      const Vec3 p = R * Eigen::Map<const Vec3>(other.p) + shift;
+      const Vec3 q = R * Eigen::Map<const Vec3>(other.q) + shift;
+      lies_there = gap_between(line, p, q) <= reach_m || (up_to_symmetry && gap_between(line, q, p) <= reach_m);
     }
+    if (!lies_there) return false;
   }
   return true;
 }
