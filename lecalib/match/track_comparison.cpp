@@ -92,7 +92,6 @@ bool is_same_placement(const ModelGraph& model, const Pose& a, const Pose& b, do
   const Vec3 at_a = rotation_of(a) * centre + translation_of(a);
   const Vec3 at_b = rotation_of(b) * centre + translation_of(b);
   if ((at_a - at_b).norm() > kSameShift * at_a.norm()) return false;
-  const Vec3 shift = centre - R * centre;  // the turn is about the centre
   const double reach_m = 0.5 * turn_rad * model.extent_m;
   for (std::size_t i = 0; i < model.lines.size(); ++i) {
     const ModelLine& line = model.lines[i];
@@ -101,8 +100,8 @@ bool is_same_placement(const ModelGraph& model, const Pose& a, const Pose& b, do
          ++j) {
       const ModelLine& other = model.lines[j];
       if (std::abs(length_of(line) - length_of(other)) > kEqualShare * model.extent_m) continue;
-      const Vec3 p = R * Eigen::Map<const Vec3>(other.p) + shift;
-      const Vec3 q = R * Eigen::Map<const Vec3>(other.q) + shift;
+      const Vec3 p = centre + R * (Eigen::Map<const Vec3>(other.p) - centre);
+      const Vec3 q = centre + R * (Eigen::Map<const Vec3>(other.q) - centre);
       lies_there = gap_between(line, p, q) <= reach_m || (up_to_symmetry && gap_between(line, q, p) <= reach_m);
     }
     if (!lies_there) return false;
