@@ -18,6 +18,9 @@ constexpr double kShortUnits = 10.0;
 constexpr double kLongUnits = 120.0;
 /// Model lines of which less than this is in the image (units) are left out.
 constexpr double kMinSeenUnits = 8.0;
+/// A line is found that is covered by this share, by detected lines within so many units of it.
+constexpr double kFoundShare = 0.5;
+constexpr double kCloseUnits = 0.75;
 constexpr std::uint16_t kFewLines = 4;
 /// An edge that travels less than this many px across itself in a window makes no line, one that travels more than
 /// that does, unless it has no contrast.
@@ -138,10 +141,16 @@ Support measure(Span<const ProjectedLine> projected, Span<const Assignment> take
     const double weight = line_weight(seen, unit_px);
     support.possible += weight;
     double covered = 0.0;
-    for (const Assignment& a : taken) covered += a.model_line == j ? a.weight_px : 0.0;
+    double closely = 0.0;
+    for (const Assignment& a : taken) {
+      if (a.model_line != j) continue;
+      covered += a.weight_px;
+      if (a.distance_px <= kCloseUnits * unit_px) closely += a.weight_px;
+    }
     if (covered <= 0.0) continue;
     ++support.lines;
     support.score += weight * std::min(1.0, covered / seen);
+    support.found += weight * std::min(1.0, closely / (kFoundShare * seen));
   }
   return support;
 }

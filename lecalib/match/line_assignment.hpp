@@ -69,8 +69,9 @@ constexpr bool carve(Carver& carver, const AssignmentCapacities& capacities, Ass
 
 /// What an assignment says about the pose behind it.
 struct Support {
-  double score = 0;         ///< sum over model lines of coverage times closeness, long lines count more: see .cpp
-  double possible = 0;      ///< the score if every model line in the image were found exactly
+  double score = 0;     ///< sum over model lines of coverage times closeness, long lines count more: see .cpp
+  double found = 0;     ///< the same, but whole for a line of which half is covered closely, and only by what is close
+  double possible = 0;  ///< both if every model line in the image were found exactly
   std::uint16_t lines = 0;  ///< model lines with at least one detected line
   std::uint32_t candidates_dropped = 0;
   std::uint32_t assignments_dropped = 0;

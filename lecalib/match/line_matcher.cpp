@@ -20,16 +20,6 @@ constexpr int kSettleRounds = 3;
 constexpr int kLensSteps = 4;
 /// A trial that explains less than this share of the best one's score is not settled.
 constexpr double kHopelessShare = 0.5;
-/// A rival counts as another camera beyond this ratio of focal lengths, and as equally good above this share of score.
-constexpr double kRivalFocal = 1.06;
-constexpr double kRivalShare = 0.95;
-/// What a result must explain: nearly all of the model's lines in its windows, or a good share of those beyond the ones
-/// that a free focal length and pose can always be bent to. And it must measure more than there are unknowns.
-constexpr double kMinExplained = 0.75;
-constexpr double kFreeLines = 3.5;
-constexpr double kMinExplainedBeyond = 0.25;
-constexpr double kMinRedundancy = 8.0;
-
 /// A hinted pose is about windows that begin so early in a recording, us: what moves by hand turns by less than the
 /// hint may be off.
 constexpr std::int64_t kHintedUs = 200000;
@@ -57,12 +47,6 @@ double length2(const EventLine& line) {
 }
 
 double focal_of(double fov_deg, double width) { return 0.5 * width / tangent(deg_to_rad(0.5 * fov_deg)); }
-
-bool same_pose(const Pose& a, const Pose& b) {
-  const double distance = std::max(translation_of(a).norm(), translation_of(b).norm());
-  return (rotation_of(a) - rotation_of(b)).norm() < 0.15 &&
-         (translation_of(a) - translation_of(b)).norm() < 0.2 * distance;
-}
 
 }  // namespace
 
@@ -196,22 +180,6 @@ void LineMatcher::step_quads() {
   next_quad_ = 0;
 }
 
-/// True when the best track so far already says this about the seed's window.
-bool LineMatcher::is_repeated(const MatchSeed& seed) const {
-  if (best_.num_windows == 0 || !best_.windows[seed.window].matched) return false;
-  const double ratio = best_.optics.lens.f_px / seed.f_px;
-  return ratio > 0.8 && ratio < 1.25 && same_pose(best_.windows[seed.window].pose[1], seed.pose);
-}
-
-/// Also true where there are no hints. A pose is about the first window that shows the object.
-bool LineMatcher::agrees_with_hints(const LineTrack& track) const {
-  if (!options_.hints.agrees_with_focal(track.optics.lens.f_px)) return false;
-  for (const WindowTrack& window : track.windows) {
-    if (window.matched) return options_.hints.agrees_with_pose(window.pose[1], scene_.model.centre_m);
-  }
-  return true;
-}
-
 /// Takes the best seed that was not tried and says something new; the window order starts at its window.
 void LineMatcher::step_select() {
   for (MatchSeed& seed : seeds_.view()) {
@@ -288,56 +256,6 @@ void LineMatcher::step_settle() {
   if (++round_ < kSettleRounds) return;
   sum_up(&trial_);
   judge_trial();
-}
-
-/// The better of trial and best stays; the other one is a rival when it says something else about camera and lines. A
-/// hint decides between hypotheses that explain nearly the same.
-void LineMatcher::judge_trial() {
-  phase_ = known_camera_ ? Phase::finish : Phase::select;
-  if (best_.num_windows == 0) {
-    std::swap(trial_, best_);
-    return;
-  }
-  const bool trial_agrees = agrees_with_hints(trial_);
-  const bool best_agrees = agrees_with_hints(best_);
-  const double margin = trial_agrees == best_agrees ? 1.0 : trial_agrees ? kRivalShare : 1.0 / kRivalShare;
-  const bool rivals = !is_same_matching(scene_, best_, trial_);
-  if (trial_.score > margin * best_.score) {
-    std::swap(trial_, best_);
-    const double ratio = stats_.rival_focal_px / best_.optics.lens.f_px;
-    if (ratio < kRivalFocal && ratio * kRivalFocal > 1.0) stats_.rival_score = 0.0;
-    if (trial_agrees && !best_agrees) stats_.rival_score = 0.0;
-  }
-  if (agrees_with_hints(best_) && !agrees_with_hints(trial_)) return;
-  const double ratio = trial_.optics.lens.f_px / best_.optics.lens.f_px;
-  const bool differs = ratio > kRivalFocal || ratio * kRivalFocal < 1.0;
-  if (rivals && differs && trial_.score > stats_.rival_score) {
-    stats_.rival_score = trial_.score;
-    stats_.rival_focal_px = trial_.optics.lens.f_px;
-  }
-}
-
-Status LineMatcher::step_finish() {
-  stats_.score = best_.score;
-  stats_.possible = best_.possible;
-  double redundancy = -static_cast<double>(kNumLens);
-  for (const WindowTrack& window : best_.windows) {
-    if (best_.num_windows > 0 && window.matched) redundancy += 2.0 * window.num_lines - 6.0;
-  }
-  if (!known_camera_) stats_.against_hint = best_.num_windows > 0 && !agrees_with_hints(best_);
-  stats_.ambiguous = !known_camera_ && stats_.rival_score > kRivalShare * best_.score;
-  const double free_score = kFreeLines * static_cast<double>(best_.num_windows);
-  const bool explains =
-      best_.score >= kMinExplained * best_.possible ||
-      (best_.score > free_score && best_.score - free_score >= kMinExplainedBeyond * (best_.possible - free_score));
-  const bool enough = best_.num_windows > 0 && explains && (known_camera_ || redundancy >= kMinRedundancy);
-  if (!enough || stats_.ambiguous) {
-    phase_ = Phase::failed;
-    return Status::no_match;
-  }
-  publish();
-  phase_ = Phase::done;
-  return Status::ok;
 }
 
 void LineMatcher::publish() {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lecalib/match/track_comparison.hpp"
 #include "lecalib/math/so3.hpp"
 
 namespace lecalib {
@@ -24,8 +25,8 @@ constexpr double kHopelessSeedShare = 0.4;
 constexpr double kClearShare = 0.65;
 constexpr std::uint16_t kClearLines = 7;
 /// Seeds of one window count as the same one below these differences.
-constexpr double kSameRotation = 0.05;  ///< |R1 - R2|, Frobenius
-constexpr double kSameFocal = 0.05;     ///< relative
+constexpr double kSameTurn = 0.035;  ///< rad
+constexpr double kSameFocal = 0.05;  ///< relative
 /// A seed that agrees with a hint ranks before others that explain up to so much more, for each hint.
 constexpr double kHintBonus = 0.5;
 
@@ -105,10 +106,9 @@ class SeedFit {
   MatchScratch* scratch_;
 };
 
-bool same_seed(const MatchSeed& a, const MatchSeed& b) {
-  if (a.window != b.window) return false;
-  if (std::abs(a.f_px - b.f_px) > kSameFocal * a.f_px) return false;
-  return (rotation_of(a.pose) - rotation_of(b.pose)).norm() < kSameRotation;
+bool same_seed(const ModelGraph& model, const MatchSeed& a, const MatchSeed& b, bool up_to_symmetry) {
+  return a.window == b.window && std::abs(a.f_px - b.f_px) <= kSameFocal * a.f_px &&
+         is_same_placement(model, a.pose, b.pose, kSameTurn, up_to_symmetry);
 }
 
 double rank_of(const MatchScene& scene, const SeedWindow& window, const MatchHints& hints, const MatchSeed& seed) {
@@ -120,9 +120,10 @@ double rank_of(const MatchScene& scene, const SeedWindow& window, const MatchHin
   return factor * seed.score;
 }
 
-void offer(const MatchSeed& seed, BoundedBest<MatchSeed>* seeds) {
+/// Of poses that a hint may tell apart all stay.
+void offer(const ModelGraph& model, const MatchSeed& seed, bool up_to_symmetry, BoundedBest<MatchSeed>* seeds) {
   for (std::size_t i = 0; i < seeds->size(); ++i) {
-    if (!same_seed((*seeds)[i], seed)) continue;
+    if (!same_seed(model, (*seeds)[i], seed, up_to_symmetry)) continue;
     if ((*seeds)[i].rank >= seed.rank) return;
     seeds->erase(i);
     break;
@@ -152,7 +153,7 @@ void try_guess(const MatchScene& scene, const SeedWindow& window, const PoseGues
   ++stats->fits;
   *best_score = std::max(*best_score, seed.score);
   seed.rank = rank_of(scene, window, hints, seed);
-  offer(seed, seeds);
+  offer(scene.model, seed, !hints.has_pose, seeds);
 }
 
 }  // namespace

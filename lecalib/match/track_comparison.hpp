@@ -10,4 +10,9 @@ namespace lecalib {
 /// replaced by the other.
 bool is_same_matching(const MatchScene& scene, const LineTrack& a, const LineTrack& b);
 
+/// True when two poses show the model alike, within a turn (rad) and a fifth of its distance, which trades with the
+/// focal length.
+/// @param up_to_symmetry of the model: each line may lie where another one of its length did
+bool is_same_placement(const ModelGraph& model, const Pose& a, const Pose& b, double turn_rad, bool up_to_symmetry);
+
 }  // namespace lecalib

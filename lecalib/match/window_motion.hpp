@@ -15,6 +15,7 @@ struct WindowTimes {
 struct WindowTrack {
   Pose pose[kNumInstants];  ///< by Instant
   double score;             ///< Support::score
+  double found;             ///< Support::found
   double possible;          ///< Support::possible without what cannot be seen: see silent_weight()
   double rms_px;
   std::uint16_t num_lines;    ///< model lines matched

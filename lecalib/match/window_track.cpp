@@ -134,6 +134,7 @@ void match_window(const MatchScene& scene, std::size_t window, Span<const Pose> 
     std::copy(poses, poses + kNumInstants, result.pose);
     result.matched = true;
     result.score = fit.support.score;
+    result.found = fit.support.found;
     result.possible = fit.support.possible - silent_weight(scene.model, poses, f_px, frame, scene.unit_px, kept);
     result.rms_px = fit.rms_px;
     result.num_lines = num_lines;
@@ -182,11 +183,13 @@ bool refine_track_lens(const MatchScene& scene, const LensPrior& prior, MatchScr
 
 void sum_up(LineTrack* track) {
   track->score = 0.0;
+  track->found = 0.0;
   track->possible = 0.0;
   track->num_windows = 0;
   for (const WindowTrack& window : track->windows) {
     if (!window.matched) continue;
     track->score += window.score;
+    track->found += window.found;
     track->possible += window.possible;
     ++track->num_windows;
   }

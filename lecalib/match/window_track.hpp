@@ -35,6 +35,7 @@ struct Optics {
 struct LineTrack {
   Optics optics;
   double score = 0;  ///< sum over matched windows
+  double found = 0;
   double possible = 0;
   std::size_t num_windows = 0;  ///< matched
   std::size_t matches_per_window = 0;

@@ -67,6 +67,41 @@ TEST_CASE("a box among clutter is matched without any hint about the camera") {
   }
 }
 
+TEST_CASE("line_matcher: a box whose edges are found by halves is matched, an unlike box is not") {
+  // As where the contrast of an edge changes its sign half way along it.
+  SceneOptions options;
+  options.camera = camera_640();
+  options.camera.k1 = options.camera.k2 = 0.0;
+  options.model = box_model(0.4, 0.3, 0.25);
+  options.missing = options.broken = 0.0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    CAPTURE(seed);
+    options.seed = seed;
+    Scene scene = make_scene(options);
+    for (std::size_t w = 0; w < scene.lines.size(); ++w) {
+      if (w % 4 == 0) continue;  // whole ones to begin with
+      for (std::size_t i = 0; i < scene.lines[w].size(); ++i) {
+        if (scene.truth[w][i] < 0) continue;
+        for (Segment* segment : {&scene.lines[w][i].begin, &scene.lines[w][i].end}) {
+          segment->x2 = 0.5F * (segment->x1 + segment->x2);
+          segment->y2 = 0.5F * (segment->y1 + segment->y2);
+        }
+      }
+    }
+    Bench bench;
+    REQUIRE(bench.init(scene, options) == Status::ok);
+    REQUIRE(bench.run() == Status::ok);
+    CHECK(bench.matcher.stats().score < 0.7 * bench.matcher.stats().possible);
+    const Tally tally = compare(scene, bench.matcher.matches(), same_labels(options.model.size()));
+    CHECK(tally.wrong <= 1);
+    CHECK(bench.matcher.camera().fx == doctest::Approx(options.camera.fx).epsilon(0.04));
+    SceneOptions unlike = options;
+    unlike.model = box_model(0.4, 0.2, 0.35);
+    REQUIRE(bench.init(scene, unlike) == Status::ok);
+    CHECK(bench.run() == Status::no_match);
+  }
+}
+
 TEST_CASE("a rectangle is matched up to its symmetry") {
   int matched = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {

@@ -11,6 +11,7 @@
 #include "lecalib/match/line_assignment.hpp"
 #include "lecalib/match/pose_refinement.hpp"
 #include "lecalib/match/quad_pose.hpp"
+#include "lecalib/match/track_comparison.hpp"
 #include "synthetic_scene.hpp"
 
 using namespace lecalib;
@@ -282,4 +283,42 @@ TEST_CASE("edges that slide along themselves are no edges that could have been f
   CHECK(silent(20.0, 3.1, {}) == doctest::Approx(0.0));
   const Assignment found[] = {{0, 0, false, 0.0, 160.0, 0.1, 160.0}};
   CHECK(silent(20.0, 0.0, found) == doctest::Approx(1.0));  // whatever was found made events
+}
+
+TEST_CASE("track_comparison: a model lies alike when it is turned by a symmetry of it, and by no other turn") {
+  const auto lies_alike = [](double depth, const Vec3& turn, double further, bool up_to_symmetry) {
+    // All twelve edges of a box, about its centre.
+    std::vector<ModelLine> model;
+    const double size[3] = {0.4, 0.25, depth};
+    for (int along = 0; along < 3; ++along) {
+      for (int corner = 0; corner < 4; ++corner) {
+        ModelLine line{};
+        line.p[(along + 1) % 3] = line.q[(along + 1) % 3] = (corner % 2 - 0.5) * size[(along + 1) % 3];
+        line.p[(along + 2) % 3] = line.q[(along + 2) % 3] = (corner / 2 - 0.5) * size[(along + 2) % 3];
+        line.p[along] = -0.5 * size[along];
+        line.q[along] = 0.5 * size[along];
+        model.push_back(line);
+      }
+    }
+    std::vector<ModelQuad> quads(16);
+    std::vector<ModelSides> sides(model.size());
+    ModelGraph graph;
+    REQUIRE(build_model_graph(Span<const ModelLine>(model), {}, Span<ModelQuad>(quads), Span<ModelSides>(sides),
+                              &graph) == Status::ok);
+    const Mat3 R = so3_exp(Vec3(0.5, -0.3, 0.2));
+    return is_same_placement(graph, make_pose(R, Vec3(0, 0, 1)), make_pose(R * so3_exp(turn), Vec3(0, 0, 1 + further)),
+                             0.1, up_to_symmetry);
+  };
+  constexpr double kHalf = 3.14159265358979;
+  CHECK(lies_alike(0.15, Vec3(0, 0, 0.05), 0.1, false));
+  CHECK_FALSE(lies_alike(0.15, Vec3(0, 0, 0.15), 0.0, true));
+  CHECK_FALSE(lies_alike(0.15, Vec3(0, 0, 0), 0.3, true));
+  for (int axis = 0; axis < 3; ++axis) {
+    CHECK(lies_alike(0.15, kHalf * Vec3::Unit(axis), 0.0, true));
+    CHECK_FALSE(lies_alike(0.15, kHalf * Vec3::Unit(axis), 0.0, false));
+  }
+  const Vec3 quarter = 0.5 * kHalf * Vec3::UnitX();
+  CHECK_FALSE(lies_alike(0.15, quarter, 0.0, true));
+  CHECK_FALSE(lies_alike(0.24, quarter, 0.0, true));  // nearly: another camera
+  CHECK(lies_alike(0.25, quarter, 0.0, true));
 }
