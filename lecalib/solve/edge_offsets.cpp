@@ -110,8 +110,8 @@ void EdgeOffsets::add_line(std::size_t line) {
     if (!(count[k] > 0)) continue;
     const double faint = std::clamp(kClearEvents - events[k] / count[k], 0.0, 1.0);
     add(slot_of(line, kOffset, on), options_.line_px + faint * (options_.faint_line_px - options_.line_px));
-    add(slot_of(line, kTilt, on), options_.tilt_px);
-    add(slot_of(line, kOwnBend, on), options_.line_bend_px);
+    add(slot_of(line, kTilt, on), tilt_px(on));
+    add(slot_of(line, kOwnBend, on), line_bend_px(on));
   }
   if (is_drawn(data_, options_.drawn, line)) add(slot_of(line, kHalfWidth, false), options_.half_width_px);
 }
@@ -193,32 +193,32 @@ bool EdgeOffsets::solve(const Refiner& refiner, double* largest_px) {
     workspace_.value[i] += change;
     if (i != kLatency) largest = std::max(largest, std::abs(change));
   }
-  estimate_size(kTilt, options_.tilt_px, refiner.prior_weight());
-  estimate_size(kOwnBend, options_.line_bend_px, refiner.prior_weight());
+  for (const bool on : {false, true}) {
+    estimate_size(kTilt, on, tilt_px(on), refiner.prior_weight());
+    estimate_size(kOwnBend, on, line_bend_px(on), refiner.prior_weight());
+  }
   *largest_px = largest;
   return true;
 }
 
 /// One step towards the likeliest size of an offset that all lines have: the mean of what their squares are expected to
 /// be, the size beforehand counting as kBeforehand lines.
-void EdgeOffsets::estimate_size(std::size_t which, double beforehand_px, double prior_weight) {
+void EdgeOffsets::estimate_size(std::size_t which, bool on, double beforehand_px, double prior_weight) {
   constexpr double kBeforehand = 4;
   double lines = kBeforehand;
   double squares = kBeforehand * beforehand_px * beforehand_px;
+  const auto offset_of = [&](std::size_t line) {
+    return workspace_.slot[slot_of(line, static_cast<OfLine>(which), on)];
+  };
   for (std::size_t line = 0; line < data_.model.size(); ++line) {
-    for (const bool on : {false, true}) {
-      const std::uint16_t i = workspace_.slot[slot_of(line, static_cast<OfLine>(which), on)];
-      if (i == kNone) continue;
-      lines += 1;
-      squares += workspace_.value[i] * workspace_.value[i] + prior_weight * inverse_entry(i);
-    }
+    const std::uint16_t i = offset_of(line);
+    if (i == kNone) continue;
+    lines += 1;
+    squares += workspace_.value[i] * workspace_.value[i] + prior_weight * inverse_entry(i);
   }
   const double size = std::sqrt(squares / lines);
   for (std::size_t line = 0; line < data_.model.size(); ++line) {
-    for (const bool on : {false, true}) {
-      const std::uint16_t i = workspace_.slot[slot_of(line, static_cast<OfLine>(which), on)];
-      if (i != kNone) workspace_.sigma[i] = size;
-    }
+    if (offset_of(line) != kNone) workspace_.sigma[offset_of(line)] = size;
   }
 }
 

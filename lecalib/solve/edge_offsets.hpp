@@ -40,9 +40,11 @@ struct EdgeOffsetOptions {
   double mean_by_speed_px = 0.02;
   double line_px = 0.07;        ///< u, for two and a half events per crossing and more ...
   double faint_line_px = 0.15;  ///< ... and for one and a half or less
-  double tilt_px = 0.08;        ///< g, from end to end, and ...
-  double line_bend_px = 0.04;   ///< ... b; how large they are in a recording is estimated with them
-  double half_width_px = 2;     ///< w
+  /// g, from end to end, and b of OFF edges and of ON edges; how large they are in a recording is estimated. What lies
+  /// behind an object is darker at one end than at the other, and OFF edges end there, where pixels are slow.
+  double off_tilt_px = 0.13, off_bend_px = 0.05;
+  double on_tilt_px = 0.08, on_bend_px = 0.04;
+  double half_width_px = 2;  ///< w
   DrawnLineOptions drawn;
   /// A line whose u lies further out, in sigmas beforehand, is not the edge that fires: a rim in relief, a shadow. > 0
   double max_sigmas = 3.5;
@@ -131,7 +133,9 @@ class EdgeOffsets {
   [[nodiscard]] double mean(std::size_t offset) const;
   [[nodiscard]] double sigmas_off(std::size_t line, bool on) const;
   bool reduce(const Refiner& refiner);
-  void estimate_size(std::size_t which, double beforehand_px, double prior_weight);
+  [[nodiscard]] double tilt_px(bool on) const { return on ? options_.on_tilt_px : options_.off_tilt_px; }
+  [[nodiscard]] double line_bend_px(bool on) const { return on ? options_.on_bend_px : options_.off_bend_px; }
+  void estimate_size(std::size_t which, bool on, double beforehand_px, double prior_weight);
   [[nodiscard]] double inverse_entry(std::size_t i);
 
   CalibrationData data_;
