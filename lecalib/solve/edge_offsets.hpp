@@ -60,7 +60,7 @@ struct EdgeOffsetCapacities {
 
 /// n = kSharedOffsets + kOffsetsPerLine x model lines.
 struct EdgeOffsetWorkspace {
-  Span<double> value, sigma;   ///< [n] sigma: beforehand
+  Span<double> value, sigma;   ///< [n] sigma: beforehand, of tilts and bends as estimated
   Span<std::uint16_t> slot;    ///< [kOffsetsPerLine x model lines] place among the offsets in use
   Span<std::uint16_t> active;  ///< [n] scratch: the offsets of one view
   Span<double> matrix;         ///< [n (n + 1) / 2] normal equations, lower triangle by rows
@@ -121,7 +121,8 @@ class EdgeOffsets {
   void mark_strays(Span<std::uint8_t> marks) const;
 
   /// Marks the points of lines that are not the edge that fires, see max_sigmas: the worst, and those more than half as
-  /// far out; the rest is to be judged anew without them, from the beginning: offsets are as after init() then.
+  /// far out; the rest is to be judged anew without them, from the beginning: the offsets' values are as after init()
+  /// then.
   /// @return whether there are any
   bool mark_wrong_lines(Span<std::uint8_t> marks);
 

@@ -99,6 +99,17 @@ struct Scene {
     while (status == Status::in_progress) status = refiner.step();
     CHECK(status == Status::ok);
   }
+  /// Moves offsets and points in turn until the offsets stand still. @return the last change of one, px
+  double settle_offsets(int rounds) {
+    double change = 1;
+    for (int round = 0; round < rounds && change > 1e-4; ++round) {
+      REQUIRE(offsets.solve(refiner, &change));
+      offsets.correct(corrected);
+      refiner.points_changed();
+      settle();
+    }
+    return change;
+  }
 };
 
 /// The whole problem at once: 9 intrinsics, 6 for each pose, all offsets.
@@ -206,13 +217,7 @@ TEST_CASE("edge offsets: put in by hand they come out, and leave the camera alon
   Scene s(12, 12, 0.01, some_displacement);
   s.begin();
   const double without = std::abs(s.refiner.camera().fx - 400.0);
-  double change = 1;
-  for (int round = 0; round < 8 && change > 1e-4; ++round) {
-    REQUIRE(s.offsets.solve(s.refiner, &change));
-    s.offsets.correct(s.corrected);
-    s.refiner.points_changed();
-    s.settle();
-  }
+  const double change = s.settle_offsets(8);
   CHECK(change <= 1e-4);
   CalibrationResult result;
   std::vector<LineResponse> responses(s.views.model.size());
@@ -244,13 +249,7 @@ TEST_CASE("edge offsets: a bend that all edges share is told from the lens") {
     options.bend_px = bend_sigma_px;
     options.off_bend_px = options.on_bend_px = 1e-6;
     s.begin(options);
-    double change = 1;
-    for (int round = 0; round < 8 && change > 1e-4; ++round) {
-      REQUIRE(s.offsets.solve(s.refiner, &change));
-      s.offsets.correct(s.corrected);
-      s.refiner.points_changed();
-      s.settle();
-    }
+    s.settle_offsets(8);
     return std::abs(s.refiner.camera().k1 - s.views.camera.k1);
   };
   CHECK(k1_error(EdgeOffsetOptions().bend_px) < 0.3 * k1_error(1e-6));
@@ -342,13 +341,7 @@ TEST_CASE("edge offsets: how much lines tilt in a recording is estimated from th
       s.views.points[i].v_px += px * double{s.edges[i].normal_y};
     }
     s.begin();
-    double change = 1;
-    for (int round = 0; round < 6 && change > 1e-4; ++round) {
-      REQUIRE(s.offsets.solve(s.refiner, &change));
-      s.offsets.correct(s.corrected);
-      s.refiner.points_changed();
-      s.settle();
-    }
+    s.settle_offsets(6);
     constexpr std::size_t kTiltWhenOff = 2;
     return s.workspace.sigma[s.workspace.slot[kTiltWhenOff]];
   };
@@ -365,13 +358,7 @@ TEST_CASE("edge offsets: a line that another edge fires for is marked, and the r
   const std::vector<double> beforehand(s.workspace.value.begin(), s.workspace.value.begin() + s.offsets.size());
   std::vector<std::uint8_t> marks(s.edges.size(), 0);
   CHECK_FALSE(s.offsets.mark_wrong_lines(marks));
-  double change = 1;
-  for (int round = 0; round < 4; ++round) {
-    REQUIRE(s.offsets.solve(s.refiner, &change));
-    s.offsets.correct(s.corrected);
-    s.refiner.points_changed();
-    s.settle();
-  }
+  s.settle_offsets(4);
   REQUIRE(s.offsets.mark_wrong_lines(marks));
   for (std::size_t i = 0; i < marks.size(); ++i) CHECK((marks[i] != 0) == (s.views.points[i].line == 4));
   for (std::size_t i = 0; i < s.offsets.size(); ++i) CHECK(s.workspace.value[i] == beforehand[i]);
