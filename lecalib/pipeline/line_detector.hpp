@@ -73,7 +73,6 @@ struct DetectorOptions {
   LineFitOptions fit;
   ExtensionOptions extension;
   MergeOptions merge;
-  SplitOptions split;
   LineShapeOptions shape;
   EdgeFinder find_edges = nullptr;  ///< or line_edges: fills EventLine::edge, where the window is not thinned
   CrossingOptions crossings;

@@ -2,6 +2,7 @@
 #include "lecalib/planes/cloud.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "lecalib/math/poisson_floor.hpp"
 
@@ -12,6 +13,8 @@ namespace {
 constexpr float kQuietShare = 0.4F;
 /// Counts above this are edges in any case, so the histogram can end there.
 constexpr std::uint32_t kMaxQuietCount = 127;
+/// Times within a window are converted from 32 bits: 64 are done in software on small processors.
+constexpr std::int64_t kMaxWindowUs = std::numeric_limits<std::int32_t>::max();
 
 /// Visits the events that lie on the sensor.
 template <class Visit>
@@ -64,7 +67,7 @@ float noise_floor(const EventCloud& cloud, std::size_t first_cell) {
 bool valid(const EventWindow& window, const CloudOptions& options) {
   return options.width > 0 && options.height > 0 && options.width <= kMaxSensorSide &&
          options.height <= kMaxSensorSide && options.c_z_us_per_px >= 0 && options.auto_depth_px > 0 &&
-         window.end_us > window.begin_us;
+         window.end_us > window.begin_us && window.end_us - window.begin_us <= kMaxWindowUs;
 }
 
 }  // namespace
@@ -99,7 +102,8 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
     sum += count;
   }
 
-  const auto length_us = static_cast<float>(window.end_us - window.begin_us);
+  const std::int64_t window_us = window.end_us - window.begin_us;
+  const auto length_us = static_cast<float>(window_us);
   const float c_z = options.c_z_us_per_px > 0 ? options.c_z_us_per_px : length_us / options.auto_depth_px;
   const float per_us = 1.0F / c_z;
   const float depth_px = length_us * per_us;
@@ -107,13 +111,11 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
   const float ticks_per_us = static_cast<float>(kCloudTicks) / length_us;
   for_each_kept(window.events, options, inside, kept, [&](const Event& event) {
     const std::uint32_t i = start[cell_of(event, cols, cells) + 1]++;
-    const float t = static_cast<float>(event.t_us - window.begin_us) * ticks_per_us + 0.5F;
+    const std::int64_t since_us = std::clamp<std::int64_t>(event.t_us - window.begin_us, 0, window_us);
+    const float t = static_cast<float>(static_cast<std::int32_t>(since_us)) * ticks_per_us + 0.5F;
     workspace.x[i] = event.x;
     workspace.y[i] = event.y;
-    workspace.t[i] =
-        static_cast<std::uint16_t>(t < 0                                 ? 0.0F
-                                   : t < static_cast<float>(kCloudTicks) ? t
-                                                                         : static_cast<float>(kCloudTicks));
+    workspace.t[i] = static_cast<std::uint16_t>(std::min(t, static_cast<float>(kCloudTicks)));
   });
 
   cloud->x = {workspace.x.data(), kept};

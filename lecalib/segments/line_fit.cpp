@@ -142,7 +142,7 @@ class LineFitter {
     const float span = line_.highest() + kHistogramBinPx - histogram_start_;
     num_bins_ =
         std::min(static_cast<int>(span / kHistogramBinPx) + 1, static_cast<int>(ws_.histogram.size() / kHistogramRows));
-    std::fill(ws_.histogram.begin(), ws_.histogram.end(), std::uint16_t{0});
+    std::fill_n(ws_.histogram.begin(), kHistogramRows * static_cast<std::size_t>(num_bins_), std::uint16_t{0});
     std::uint32_t flank = 0;
     std::uint32_t on_line[kHistogramRows] = {};
     for (std::size_t k = 0; k < count_; ++k) {
@@ -175,8 +175,7 @@ class LineFitter {
   }
 
   [[nodiscard]] std::uint16_t& count_at(int row, int bin) const {
-    const std::size_t row_length = ws_.histogram.size() / kHistogramRows;
-    return ws_.histogram[static_cast<std::size_t>(row) * row_length + static_cast<std::size_t>(bin)];
+    return ws_.histogram[static_cast<std::size_t>(row * num_bins_ + bin)];
   }
   /// Events in a bin, in one half of the window.
   [[nodiscard]] int half_count(int half, int bin) const {
@@ -291,13 +290,17 @@ class LineFitter {
     return true;
   }
 
+  /// Takes the line's events and looks for gaps among all that lie on it.
   void mark_events() {
     line_.id = claim_.id;
-    const float claimed = claimed_band(line_.thickness_px);
+    EdgeRow row(line_, ws_.histogram);
+    const float claimed = claimed_band(line_.thickness_px);  // wider than the row's
     for_each_near_line(cloud_, line_, line_.lowest() - kBeyondEndsPx, line_.highest() + kBeyondEndsPx, claimed,
                        line_.polarities, 1, [&](const LineEvent& event) {
+                         row.add(event);
                          if (may_take(event)) ws_.owner[event.index] = claim_.id;
                        });
+    line_.has_gap = row.find_gaps(options_.gaps).least_px > 0;
   }
 
   const EventCloud& cloud_;

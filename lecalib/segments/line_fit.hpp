@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "lecalib/core/event_cloud.hpp"
+#include "lecalib/segments/edge_row.hpp"
 #include "lecalib/segments/line_equations.hpp"
 #include "lecalib/segments/line_kink.hpp"
 #include "lecalib/segments/line_workspace.hpp"
@@ -27,6 +28,7 @@ struct LineFitOptions {
   float min_half_share = 0.12F;   ///< of the events in the poorer half of the window, 0 to 0.5
   float max_end_sigma_px = 2;     ///< one sigma of where its ends stand across it, px: more says nothing there
   KinkOptions kink;
+  GapOptions gaps;
   std::uint32_t max_fit_events = 1000;  ///< the fit takes about so many, evenly chosen; it only has to find the line
 };
 

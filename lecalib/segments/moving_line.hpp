@@ -28,6 +28,7 @@ struct MovingLine {
   std::uint32_t events = 0;
   std::uint8_t polarities = 0;  ///< bit 0: OFF, bit 1: ON
   std::uint8_t id = 0;          ///< owner of its events, see LineWorkspace
+  bool has_gap = false;         ///< where nothing fires, see EdgeRow
 
   /// d at s px along the line.
   [[nodiscard]] float offset(float s_px, float tau) const noexcept {

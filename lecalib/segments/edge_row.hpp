@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "lecalib/core/span.hpp"
+#include "lecalib/segments/corridor.hpp"
+#include "lecalib/segments/moving_line.hpp"
+
+namespace lecalib {
+
+/// What counts as a gap of a line: a stretch where nothing fires.
+struct GapOptions {
+  /// How much rarer than once per line a gap must be by chance, nats, > 0. Its probability comes from the line's own
+  /// share of pixels without events.
+  float min_surprise = 5;
+  float min_gap_px = 5;  ///< px, >= 1: shorter gaps are the pixel grid's
+};
+
+/// Gaps move with the object along the line, which the line itself cannot show.
+struct GapMotion {
+  int least_px = 0;   ///< that a gap must have; 0: there is none
+  int motion_px = 0;  ///< along the line, during the window
+};
+
+/// A line's pixels in a row, and in which eighths of the window each fired.
+class EdgeRow {
+ public:
+  /// @param memory  of (length in px / 16 + 3) * 8 words; what of the line finds no room there is not looked at
+  EdgeRow(const MovingLine& line, Span<std::uint16_t> memory) noexcept;
+
+  /// How far from the line the row's events are, px.
+  [[nodiscard]] float band_px() const noexcept { return band_px_; }
+  [[nodiscard]] float start_px() const noexcept { return start_px_; }  ///< of the first pixel, along the line
+  [[nodiscard]] float end_px() const noexcept { return end_px_; }      ///< of the line
+  [[nodiscard]] int size() const noexcept { return size_; }            ///< px
+
+  /// Adds an event; those beyond the band or the line's ends are passed over.
+  void add(const LineEvent& event) noexcept {
+    if (std::fabs(event.residual_px) > band_px_ || event.along_px < start_px_ || event.along_px >= end_px_) return;
+    const auto i = static_cast<unsigned>(std::min(static_cast<int>(event.along_px - start_px_), size_ - 1));
+    const int slice = std::clamp(static_cast<int>((event.tau + 1) * (0.5F * kSlices)), 0, kSlices - 1);
+    std::uint16_t& word = bits_[static_cast<std::size_t>(slice) * stride_ + 1 + i / kWordPx];
+    word = static_cast<std::uint16_t>(word | 1U << i % kWordPx);
+  }
+
+  /// Looks for gaps. The motion is tried in steps, and the one with the clearest gap is taken.
+  [[nodiscard]] GapMotion find_gaps(const GapOptions& options) const noexcept;
+
+  /// Calls visit(first, end) for the runs of pixels between gaps, at mid window.
+  template <class Visit>
+  void for_each_piece(const GapMotion& gaps, Visit visit) const {
+    int first = 0;
+    int empty = 0;
+    for_each_pixel(kAllSlices, gaps.motion_px, [&](int i, bool fired) {
+      if (!fired) {
+        ++empty;
+        return;
+      }
+      if (empty >= gaps.least_px) {
+        visit(first, i - empty);
+        first = i;
+      }
+      empty = 0;
+    });
+    visit(first, empty >= gaps.least_px ? size_ - empty : size_);
+  }
+
+ private:
+  static constexpr int kSlices = 8;  // of the window
+  static constexpr unsigned kAllSlices = (1U << kSlices) - 1;
+  static constexpr unsigned kStillSlices = 3U << (kSlices / 2 - 1);  // the two in the middle
+  static constexpr int kWordPx = 16;
+
+  /// Calls visit(pixel, whether it fired) for all pixels as the motion lets them appear at mid window.
+  template <class Visit>
+  void for_each_pixel(unsigned slices, int motion_px, Visit visit) const {
+    const int words = static_cast<int>(stride_) - 2;
+    for (int k = 0; k < words; ++k) {
+      const unsigned fired = fired_pixels(slices, motion_px, k);
+      const int end = std::min(size_, (k + 1) * kWordPx);
+      for (int i = k * kWordPx; i < end; ++i) visit(i, (fired >> i % kWordPx & 1U) != 0);
+    }
+  }
+
+  /// A word's pixels that fired in any of the slices, displaced by the motion.
+  [[nodiscard]] unsigned fired_pixels(unsigned slices, int motion_px, int word) const noexcept;
+
+  struct Gaps {
+    int least = 0;    // px that a gap must have
+    int longest = 0;  // px
+    float surprise = 0;
+  };
+  [[nodiscard]] Gaps measure(const GapOptions& options, int motion_px) const noexcept;
+  [[nodiscard]] int longest_still_run() const noexcept;
+
+  float start_px_;
+  float end_px_;
+  float band_px_;
+  int size_;
+  std::size_t stride_;        // words of a slice, an empty one before the line and one behind it
+  Span<std::uint16_t> bits_;  // [kSlices * stride_] a bit for each pixel that fired in the slice
+};
+
+}  // namespace lecalib
