@@ -40,11 +40,14 @@ class EdgeRow {
 
   /// Adds an event; those beyond the band or the line's ends are passed over.
   void add(const LineEvent& event) noexcept {
-    if (std::fabs(event.residual_px) > band_px_ || event.along_px < start_px_ || event.along_px >= end_px_) return;
-    const auto i = static_cast<unsigned>(std::min(static_cast<int>(event.along_px - start_px_), size_ - 1));
-    const int slice = std::clamp(static_cast<int>((event.tau + 1) * (0.5F * kSlices)), 0, kSlices - 1);
+    // Which events are near is not to be guessed: no branch on it.
+    const unsigned is_near = static_cast<unsigned>(std::fabs(event.residual_px) <= band_px_) &
+                             static_cast<unsigned>(event.along_px >= start_px_) &
+                             static_cast<unsigned>(event.along_px < end_px_);
+    const auto i = static_cast<unsigned>(std::clamp(static_cast<int>(event.along_px - start_px_), 0, size_ - 1));
+    const int slice = std::min(static_cast<int>((event.tau + 1) * (0.5F * kSlices)), kSlices - 1);
     std::uint16_t& word = bits_[static_cast<std::size_t>(slice) * stride_ + 1 + i / kWordPx];
-    word = static_cast<std::uint16_t>(word | 1U << i % kWordPx);
+    word = static_cast<std::uint16_t>(word | is_near << i % kWordPx);
   }
 
   /// Looks for gaps. The motion is tried in steps, and the one with the clearest gap is taken.

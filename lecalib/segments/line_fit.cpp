@@ -126,6 +126,7 @@ class LineFitter {
 
   bool has_kink(float* at_px) const {
     KinkFinder finder(line_.lowest(), line_.highest());
+    if (!finder.can_tell()) return false;
     const float per_band = 1 / band();
     for (std::size_t k = 0; k < clear_; ++k) {
       const float r = residual(k);

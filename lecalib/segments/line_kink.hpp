@@ -17,6 +17,9 @@ class KinkFinder {
   /// @param low, high  the line's extent, px along it
   KinkFinder(float low_px, float high_px) noexcept;
 
+  /// Whether the line is long enough to tell.
+  [[nodiscard]] bool can_tell() const noexcept { return count_ > 0; }
+
   /// Adds an event, its residual from the fit in px, with its weight in the fit (0 to 1).
   void add(float along_px, float residual_px, float weight) noexcept {
     const float u = (along_px - low_px_) * columns_per_px_;

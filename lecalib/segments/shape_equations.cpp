@@ -8,6 +8,13 @@ namespace {
 
 constexpr int kN = kNumShapeTerms;
 
+/// Powers of u and tau that the terms have.
+constexpr int kPowerOfU[kN] = {0, 1, 0, 1, 2, 0, 1, 2, 3, 4};
+constexpr int kPowerOfTau[kN] = {0, 0, 1, 1, 0, 2, 2, 1, 0, 0};
+/// Highest power of tau in products of two terms, by the power of u.
+constexpr int kLastTau[] = {4, 4, 4, 3, 2, 2, 1, 0, 0};
+constexpr int kLastU = 8;
+
 void terms_at(float u, float tau, float* row) {
   row[0] = 1;
   row[1] = u;
@@ -21,6 +28,17 @@ void terms_at(float u, float tau, float* row) {
   row[9] = row[4] * row[4];
 }
 
+/// Adds the monomial u^kU tau^kTau, times a weight, to its sum and goes on to the others. @param of_u  u^kU, weighted
+template <int kU, int kTau, class Sums>
+void add_monomials(float u, float tau, float of_u, float monomial, Sums& sums) {
+  sums[kU][kTau] += monomial;
+  if constexpr (kTau < kLastTau[kU]) {
+    add_monomials<kU, kTau + 1>(u, tau, of_u, monomial * tau, sums);
+  } else if constexpr (kU < kLastU) {
+    add_monomials<kU + 1, 0>(u, tau, of_u * u, of_u * u, sums);
+  }
+}
+
 }  // namespace
 
 ShapeEquations::ShapeEquations(float variance) noexcept {
@@ -30,13 +48,11 @@ ShapeEquations::ShapeEquations(float variance) noexcept {
 }
 
 void ShapeEquations::add(float u, float tau, float weight, float residual) noexcept {
+  add_monomials<0, 0>(u, tau, weight, weight, sums_);
   float row[kN];
   terms_at(u, tau, row);
-  for (int i = 0; i < kN; ++i) {
-    const float w = weight * row[i];
-    for (int j = 0; j <= i; ++j) a_[i][j] += w * row[j];
-    b_[i] += w * residual;
-  }
+  const float weighted = weight * residual;
+  for (int i = 0; i < kN; ++i) b_[i] += weighted * row[i];
 }
 
 void ShapeEquations::add_prior(int term, float sigma, float value) noexcept {
@@ -47,6 +63,9 @@ void ShapeEquations::add_prior(int term, float sigma, float value) noexcept {
 
 bool ShapeEquations::solve(float* change) noexcept {
   constexpr float kMinPivot = 1e-9F;
+  for (int i = 0; i < kN; ++i) {
+    for (int j = 0; j <= i; ++j) a_[i][j] += sums_[kPowerOfU[i] + kPowerOfU[j]][kPowerOfTau[i] + kPowerOfTau[j]];
+  }
   for (int i = 0; i < kN; ++i) {
     for (int j = 0; j <= i; ++j) {
       float v = a_[i][j];

@@ -33,7 +33,8 @@ class ShapeEquations {
   [[nodiscard]] float variance(float u, float tau) const noexcept;
 
  private:
-  float a_[kNumShapeTerms][kNumShapeTerms] = {};  // lower triangle; after solve() its Cholesky factor
+  float sums_[9][5] = {};                         // by the powers of u and tau, which the products of two terms share
+  float a_[kNumShapeTerms][kNumShapeTerms] = {};  // priors; after solve() the Cholesky factor, lower triangle
   float b_[kNumShapeTerms] = {};
 };
 
