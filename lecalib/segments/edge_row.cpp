@@ -62,30 +62,17 @@ unsigned EdgeRow::fired_pixels(unsigned slices, int motion_px, int word) const n
 int EdgeRow::longest_still_run() const noexcept {
   static_assert(kMaxMotionPx < 2 * kSlices, "the slices in the middle are not moved");
   int longest = 0;
-  int empty = 0;
-  for_each_pixel(kStillSlices, 0, [&](int, bool fired) {
-    empty = fired ? 0 : empty + 1;
-    longest = std::max(longest, empty);
-  });
+  for_each_empty_run(kStillSlices, 0, [&](int first, int end) { longest = std::max(longest, end - first); });
   return longest;
 }
 
 EdgeRow::Gaps EdgeRow::measure(const GapOptions& options, int motion_px) const noexcept {
   Gaps gaps;
   int usual = 0;
-  int empty = 0;
-  bool inside = false;  // ends of the line are no gaps
-  for_each_pixel(kAllSlices, motion_px, [&](int, bool fired) {
-    if (!fired) {
-      ++empty;
-      return;
-    }
-    if (inside) {
-      usual += std::min(empty, kLongRunPx);
-      gaps.longest = std::max(gaps.longest, empty);
-    }
-    inside = true;
-    empty = 0;
+  for_each_empty_run(kAllSlices, motion_px, [&](int first, int end) {
+    if (first == 0 || end == size_) return;  // beyond the line's end
+    usual += std::min(end - first, kLongRunPx);
+    gaps.longest = std::max(gaps.longest, end - first);
   });
   const float share = (static_cast<float>(usual) + 1) / static_cast<float>(size_ + 2);
   const float nats_per_px = -natural_log(share);

@@ -53,23 +53,16 @@ class EdgeRow {
   /// Looks for gaps. The motion is tried in steps, and the one with the clearest gap is taken.
   [[nodiscard]] GapMotion find_gaps(const GapOptions& options) const noexcept;
 
-  /// Calls visit(first, end) for the runs of pixels between gaps, at mid window.
+  /// Calls visit(first, end) for the stretches of pixels between gaps, at mid window.
   template <class Visit>
   void for_each_piece(const GapMotion& gaps, Visit visit) const {
     int first = 0;
-    int empty = 0;
-    for_each_pixel(kAllSlices, gaps.motion_px, [&](int i, bool fired) {
-      if (!fired) {
-        ++empty;
-        return;
-      }
-      if (empty >= gaps.least_px) {
-        visit(first, i - empty);
-        first = i;
-      }
-      empty = 0;
+    for_each_empty_run(kAllSlices, gaps.motion_px, [&](int from, int end) {
+      if (end - from < gaps.least_px) return;
+      visit(first, from);
+      first = end;
     });
-    visit(first, empty >= gaps.least_px ? size_ - empty : size_);
+    visit(first, size_);
   }
 
  private:
@@ -78,16 +71,30 @@ class EdgeRow {
   static constexpr unsigned kStillSlices = 3U << (kSlices / 2 - 1);  // the two in the middle
   static constexpr int kWordPx = 16;
 
-  /// Calls visit(pixel, whether it fired) for all pixels as the motion lets them appear at mid window.
+  /// Calls visit(first, end) for the runs of pixels without events, as the motion lets them appear at mid window.
   template <class Visit>
-  void for_each_pixel(unsigned slices, int motion_px, Visit visit) const {
-    const int words = static_cast<int>(stride_) - 2;
-    for (int k = 0; k < words; ++k) {
-      const unsigned fired = fired_pixels(slices, motion_px, k);
-      const int end = std::min(size_, (k + 1) * kWordPx);
-      for (int i = k * kWordPx; i < end; ++i) visit(i, (fired >> i % kWordPx & 1U) != 0);
+  void for_each_empty_run(unsigned slices, int motion_px, Visit visit) const {
+    int first = -1;  // of the run at hand, if any
+    for (int start = 0; start < size_; start += kWordPx) {
+      const int pixels = std::min(size_ - start, kWordPx);
+      const unsigned empty = ~fired_pixels(slices, motion_px, start / kWordPx) & ((1U << pixels) - 1);
+      for (int at = 0; at < pixels;) {
+        if ((empty >> at & 1U) != 0) {
+          if (first < 0) first = start + at;
+          at += lowest_set_bit(~(empty >> at));
+          continue;
+        }
+        if (first >= 0) visit(first, start + at);
+        first = -1;
+        if (empty >> at == 0) break;
+        at += lowest_set_bit(empty >> at);
+      }
     }
+    if (first >= 0) visit(first, size_);
   }
+
+  /// @param bits  above 0
+  static int lowest_set_bit(unsigned bits) noexcept { return __builtin_ctz(bits); }
 
   /// A word's pixels that fired in any of the slices, displaced by the motion.
   [[nodiscard]] unsigned fired_pixels(unsigned slices, int motion_px, int word) const noexcept;
