@@ -115,26 +115,48 @@ class NearBlock {
   std::uint32_t near_[kNearBlock], found_[kNearBlock];
 };
 
-/// Columns of cells that a convex quadrilateral touches in one row of the grid; false when it does not.
-struct Quadrilateral {
-  float x[4], y[4];
+/// The image area that a line's piece sweeps in the window: a quadrilateral.
+class SweptArea {
+ public:
+  /// The area of the piece [s0, s1], `margin` wider on both sides.
+  SweptArea(const MovingLine& line, float s0, float s1, float margin) noexcept {
+    float d_low = 1e9F;
+    float d_high = -1e9F;
+    for (int i = 0; i < 3; ++i) {
+      const float s = s0 + 0.5F * static_cast<float>(i) * (s1 - s0);
+      const float a = line.offset(s, -1);
+      const float b = line.offset(s, 1);
+      d_low = std::min(d_low, std::min(a, b));
+      d_high = std::max(d_high, std::max(a, b));
+    }
+    d_low -= margin;
+    d_high += margin;
+    const float x[4] = {line.x(s0, d_low), line.x(s1, d_low), line.x(s1, d_high), line.x(s0, d_high)};
+    const float y[4] = {line.y(s0, d_low), line.y(s1, d_low), line.y(s1, d_high), line.y(s0, d_high)};
+    for (int i = 0; i < 4; ++i) {
+      const int k = (i + 1) & 3;
+      const int upper = y[i] <= y[k] ? i : k;
+      const int lower = i + k - upper;
+      const float height = y[lower] - y[upper];
+      sides_[i] = {x[upper], y[upper], x[lower], y[lower], height > 1e-6F ? (x[lower] - x[upper]) / height : 0.0F};
+      top_ = std::min(top_, y[i]);
+      bottom_ = std::max(bottom_, y[i]);
+    }
+  }
 
+  [[nodiscard]] float top() const noexcept { return top_; }        ///< px
+  [[nodiscard]] float bottom() const noexcept { return bottom_; }  ///< px
+
+  /// Columns of cells that the area touches in one row of the grid. @return false when it touches none
   [[nodiscard]] bool columns(int row, int num_cols, int* first, int* last) const noexcept {
     const auto top = static_cast<float>(row * kCloudCellPx) - kHalfPixel;
     const float bottom = top + static_cast<float>(kCloudCellPx);
     float low = 1e9F;
     float high = -1e9F;
-    for (int i = 0; i < 4; ++i) {
-      const int k = (i + 1) & 3;
-      const bool down = y[i] <= y[k];
-      const float xa = down ? x[i] : x[k];
-      const float ya = down ? y[i] : y[k];
-      const float xb = down ? x[k] : x[i];
-      const float yb = down ? y[k] : y[i];
-      if (yb < top || ya > bottom) continue;
-      const float slope = yb - ya > 1e-6F ? (xb - xa) / (yb - ya) : 0.0F;
-      const float x1 = ya < top ? xa + slope * (top - ya) : xa;
-      const float x2 = yb > bottom ? xa + slope * (bottom - ya) : xb;
+    for (const Side& side : sides_) {
+      if (side.lower_y < top || side.upper_y > bottom) continue;
+      const float x1 = side.upper_y < top ? side.upper_x + side.slope * (top - side.upper_y) : side.upper_x;
+      const float x2 = side.lower_y > bottom ? side.upper_x + side.slope * (bottom - side.upper_y) : side.lower_x;
       low = std::min(low, std::min(x1, x2));
       high = std::max(high, std::max(x1, x2));
     }
@@ -143,24 +165,16 @@ struct Quadrilateral {
     *last = std::min(num_cols - 1, static_cast<int>(high + kHalfPixel) >> kCloudCellShift);
     return *first <= *last;
   }
-};
 
-/// The image area that the line's piece [s0, s1] sweeps in the window, `margin` wider on both sides.
-inline Quadrilateral swept_area(const MovingLine& line, float s0, float s1, float margin) noexcept {
-  float d_low = 1e9F;
-  float d_high = -1e9F;
-  for (int i = 0; i < 3; ++i) {
-    const float s = s0 + 0.5F * static_cast<float>(i) * (s1 - s0);
-    const float a = line.offset(s, -1);
-    const float b = line.offset(s, 1);
-    d_low = std::min(d_low, std::min(a, b));
-    d_high = std::max(d_high, std::max(a, b));
-  }
-  d_low -= margin;
-  d_high += margin;
-  return {{line.x(s0, d_low), line.x(s1, d_low), line.x(s1, d_high), line.x(s0, d_high)},
-          {line.y(s0, d_low), line.y(s1, d_low), line.y(s1, d_high), line.y(s0, d_high)}};
-}
+ private:
+  struct Side {
+    float upper_x, upper_y, lower_x, lower_y;
+    float slope;  // dx / dy; 0 for level sides
+  };
+  Side sides_[4];
+  float top_ = 1e9F;
+  float bottom_ = -1e9F;
+};
 
 }  // namespace detail
 
@@ -175,13 +189,12 @@ void for_each_near_line(const EventCloud& cloud, const MovingLine& line, float s
   for (int i_piece = 0; i_piece < pieces; ++i_piece) {
     const float piece = s0 + static_cast<float>(i_piece) * kPiecePx;
     const float piece_end = std::min(piece + kPiecePx, s1);
-    const detail::Quadrilateral area = detail::swept_area(line, piece, piece_end, band_px);
-    const float top = std::min(std::min(area.y[0], area.y[1]), std::min(area.y[2], area.y[3]));
-    const float bottom = std::max(std::max(area.y[0], area.y[1]), std::max(area.y[2], area.y[3]));
-    if (bottom < 0 || top > static_cast<float>(cloud.height)) continue;
+    const detail::SweptArea area(line, piece, piece_end, band_px);
+    if (area.bottom() < 0 || area.top() > static_cast<float>(cloud.height)) continue;
     detail::NearBlock block(line, piece, piece_end, band_px);
-    const int first_row = std::max(0, static_cast<int>(top + detail::kHalfPixel) >> kCloudCellShift);
-    const int last_row = std::min(cloud.rows - 1, static_cast<int>(bottom + detail::kHalfPixel) >> kCloudCellShift);
+    const int first_row = std::max(0, static_cast<int>(area.top() + detail::kHalfPixel) >> kCloudCellShift);
+    const int last_row =
+        std::min(cloud.rows - 1, static_cast<int>(area.bottom() + detail::kHalfPixel) >> kCloudCellShift);
     for (int row = first_row; row <= last_row; ++row) {
       int first_col = 0;
       int last_col = 0;
