@@ -14,7 +14,13 @@ struct Holdings {
   std::uint32_t events[kMaxLines + 1] = {};
 
   Holdings(Span<const std::uint8_t> owner, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) ++events[owner[i]];
+    // Neighbours mostly have one owner, and each would wait for the count of the one before: two places in turn.
+    const std::size_t half = count / 2;
+    for (std::size_t i = 0; i < half; ++i) {
+      ++events[owner[i]];
+      ++events[owner[half + i]];
+    }
+    if (2 * half < count) ++events[owner[count - 1]];
   }
 };
 
