@@ -13,8 +13,6 @@ namespace {
 constexpr float kQuietShare = 0.4F;
 /// Counts above this are edges in any case, so the histogram can end there.
 constexpr std::uint32_t kMaxQuietCount = 127;
-/// Times within a window are converted from 32 bits: 64 are done in software on small processors.
-constexpr std::int64_t kMaxWindowUs = std::numeric_limits<std::int32_t>::max();
 
 /// Visits the events that lie on the sensor.
 template <class Visit>
@@ -67,7 +65,7 @@ float noise_floor(const EventCloud& cloud, std::size_t first_cell) {
 bool valid(const EventWindow& window, const CloudOptions& options) {
   return options.width > 0 && options.height > 0 && options.width <= kMaxSensorSide &&
          options.height <= kMaxSensorSide && options.c_z_us_per_px >= 0 && options.auto_depth_px > 0 &&
-         window.end_us > window.begin_us && window.end_us - window.begin_us <= kMaxWindowUs;
+         window.end_us > window.begin_us;
 }
 
 }  // namespace
@@ -108,11 +106,15 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
   const float per_us = 1.0F / c_z;
   const float depth_px = length_us * per_us;
   if (!(depth_px > 0)) return Status::invalid_argument;
-  const float ticks_per_us = static_cast<float>(kCloudTicks) / length_us;
+  // Times are converted from 32 bits, since small processors do 64 in software; longer windows are told in coarser
+  // units.
+  int shift = 0;
+  while (window_us >> shift > std::numeric_limits<std::int32_t>::max()) ++shift;
+  const float ticks_per_unit = static_cast<float>(kCloudTicks) / static_cast<float>(window_us >> shift);
   for_each_kept(window.events, options, inside, kept, [&](const Event& event) {
     const std::uint32_t i = start[cell_of(event, cols, cells) + 1]++;
     const std::int64_t since_us = std::clamp<std::int64_t>(event.t_us - window.begin_us, 0, window_us);
-    const float t = static_cast<float>(static_cast<std::int32_t>(since_us)) * ticks_per_us + 0.5F;
+    const float t = static_cast<float>(static_cast<std::int32_t>(since_us >> shift)) * ticks_per_unit + 0.5F;
     workspace.x[i] = event.x;
     workspace.y[i] = event.y;
     workspace.t[i] = static_cast<std::uint16_t>(std::min(t, static_cast<float>(kCloudTicks)));

@@ -49,8 +49,8 @@ constexpr bool carve(Carver& carver, const CloudCapacities& capacities, CloudWor
 /// Events that precede the window (the sensor's own disorder) are put at its begin.
 /// @param[out] cloud  views into the workspace; unchanged unless ok
 /// @param[out] stats  always written; may be null
-/// @return ok (also without events) | invalid_argument (size, c_z, depth, a window that is empty or over 2^31 - 1 us
-/// long) | buffer_too_small (the workspace's grid is smaller than the sensor needs, or it holds no event)
+/// @return ok (also without events) | invalid_argument (size, c_z, depth, an empty window) | buffer_too_small (the
+/// workspace's grid is smaller than the sensor needs, or it holds no event)
 Status build_cloud(const EventWindow& window, const CloudOptions& options, const CloudWorkspace& workspace,
                    EventCloud* cloud, CloudStats* stats);
 

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <limits>
 #include <vector>
 
@@ -119,6 +120,21 @@ TEST_CASE("cloud: events outside of the sensor are dropped and counted, early on
   CHECK(f.cloud.tau(0) == doctest::Approx(0).epsilon(1e-4));
   CHECK(f.cloud.z(1) == 0);
   CHECK(f.cloud.is_on(1));
+}
+
+TEST_CASE("cloud: times keep their place in windows of microseconds and of years") {
+  for (std::int64_t length_us : {std::int64_t{3}, std::int64_t{10'000}, (std::int64_t{1} << 31) - 1,
+                                 std::int64_t{1} << 31, std::int64_t{100'000'000'000'000}}) {
+    std::vector<Event> events;
+    for (int i = 0; i <= 4; ++i) events.push_back({7 + length_us * i / 4, 1, 1, 1});
+    Fixture f(events.size());
+    REQUIRE(build_cloud({7, 7 + length_us, {events.data(), events.size()}}, f.options, f.workspace, &f.cloud) ==
+            Status::ok);
+    for (std::size_t i = 0; i < events.size(); ++i) {
+      const double tau = 2 * static_cast<double>(events[i].t_us - 7) / static_cast<double>(length_us) - 1;
+      CHECK(std::abs(double{EventCloud::tau_of(f.cloud.t[i])} - tau) < 1e-4);
+    }
+  }
 }
 
 TEST_CASE("cloud: the noise floor is the quiet cells' rate, edges or not") {
