@@ -150,7 +150,7 @@ TEST_CASE("protocol run: priors tell more of a plane's principal point, and leav
   const SceneSummary without = run_trials(options, 100, 1, {true, false}, 1).scenes[0];
   const SceneSummary with = run_trials(options, 100, 1, {true, true}, 1).scenes[0];
   for (const std::size_t stage : {kStart, kLimit}) CHECK(with.stages[stage].median == without.stages[stage].median);
-  for (const std::size_t error : {4, 5}) {
+  for (const std::size_t error : {4U, 5U}) {
     CHECK(with.stages[kRefined].median[error] < 0.9 * without.stages[kRefined].median[error]);
   }
   CHECK(with.accepted > without.accepted);
