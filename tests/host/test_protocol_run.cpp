@@ -155,3 +155,14 @@ TEST_CASE("protocol run: priors tell more of a plane's principal point, and leav
   }
   CHECK(with.accepted > without.accepted);
 }
+
+TEST_CASE(
+    "protocol run: few lines from which all intrinsics at once run off are solved by focal lengths and pose first") {
+  TrialOptions options = default_trial(Protocol::text);
+  options.lines = 6;
+  for (const std::uint64_t seed : {54U, 285U, 697U}) {
+    const SceneOutcome outcome = run_scene(draw_trial(options, seed), ProtocolScene::spatial, {false, true});
+    CHECK(outcome.status == Status::ok);
+    for (const double off : outcome.sigmas_off) CHECK(off < 3);
+  }
+}
