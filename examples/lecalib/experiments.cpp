@@ -89,6 +89,7 @@ void add_experiments(CLI::App& app) {
   command->add_option("--protocol", arguments->protocols, "S, T or P; may be repeated")
       ->type_name("NAME")
       ->check(CLI::IsMember({"S", "T", "P"}).description(""));
+  command->add_flag("--priors", options.priors, "Assume what calibrations do by default, instead of nothing");
   command->add_option("--threads", options.threads, "Default one per processor; the results don't depend on it")
       ->type_name("N")
       ->check(CLI::Range(1U, kMaxThreads).description(""));

@@ -36,8 +36,8 @@ class Arrangements {
         const double share = static_cast<double>(begun) / static_cast<double>(options_.trials);
         if (progress) progress((before + lines * share) / work);
       };
-      arrangement.summary = run_trials(arrangement.trial, options_.trials, options_.seed, arrangement.with_start,
-                                       options_.threads, report);
+      arrangement.summary = run_trials(arrangement.trial, options_.trials, options_.seed,
+                                       {arrangement.with_start, options_.priors}, options_.threads, report);
       before += lines;
     }
   }

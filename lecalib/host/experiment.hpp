@@ -34,6 +34,7 @@ struct ExperimentOptions {
   unsigned threads = 1;       ///< > 0; has no influence on the results
   std::vector<Protocol> protocols = {Protocol::scripts, Protocol::text, Protocol::physical};
   bool ablation = true;
+  bool priors = false;                                                          ///< RunOptions::with_priors
   std::vector<std::string> sweeps = {"noise", "focal", "lines", "distortion"};  ///< by name
 };
 

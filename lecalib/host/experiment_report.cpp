@@ -221,7 +221,9 @@ std::string experiments_markdown(const ExperimentResults& results) {
                      std::to_string(options.trials) + " trials of each arrangement, seed " +
                      std::to_string(options.seed) +
                      ". One view of random lines, each measured by its two end points; all of fx, fy, cx, cy, k1, k2 "
-                     "and the pose are estimated without any prior.\n\n";
+                     "and the pose are estimated, ";
+  text += options.priors ? "with the priors that a calibration has by default, of which the limit does not know.\n\n"
+                         : "without any prior.\n\n";
   for (const Protocol protocol : options.protocols) text += std::string("- ") + description(protocol) + "\n";
   text +=
       "\nThe *limit* is that of an efficient unbiased estimator (Cramer-Rao) with the same trials and the same noise, "

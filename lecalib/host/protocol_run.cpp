@@ -12,9 +12,9 @@
 namespace lecalib::host {
 namespace {
 
-/// Nothing is assumed, so that the limit of unbiased estimators is the measure.
-MonoSolverOptions solver_options() {
+MonoSolverOptions solver_options(bool with_priors) {
   MonoSolverOptions options;
+  if (with_priors) return options;
   options.policy.planar_centre_sd = options.policy.spatial_centre_sd = 0;
   options.policy.focal_sd = 0;
   options.policy.radial_sd = options.policy.higher_radial_sd = 0;
@@ -57,7 +57,7 @@ TrialErrors limit_errors(const Trial& trial, Span<const ModelLine> model) {
 
 }  // namespace
 
-SceneOutcome run_scene(const Trial& trial, ProtocolScene scene, bool with_start) {
+SceneOutcome run_scene(const Trial& trial, ProtocolScene scene, const RunOptions& run) {
   const std::vector<ModelLine>& model = scene == ProtocolScene::planar ? trial.planar : trial.spatial;
   const View view{0, 0, static_cast<std::uint32_t>(trial.points.size())};
   const CalibrationData data{trial.camera.width, trial.camera.height, model, trial.points, {&view, 1}};
@@ -74,8 +74,8 @@ SceneOutcome run_scene(const Trial& trial, ProtocolScene scene, bool with_start)
   const auto errors = [&outcome](Stage stage) -> TrialErrors& {
     return outcome.errors[static_cast<std::size_t>(stage)];
   };
-  const MonoSolverOptions options = solver_options();
-  if (with_start) errors(Stage::start) = start_errors(data, options.guess, workspace.guess, trial, scene);
+  const MonoSolverOptions options = solver_options(run.with_priors);
+  if (run.with_start) errors(Stage::start) = start_errors(data, options.guess, workspace.guess, trial, scene);
   MonoSolver solver;
   outcome.status = solver.init(data, options, workspace);
   if (outcome.status == Status::ok) {
@@ -125,16 +125,15 @@ SceneSummary summarise(const std::vector<SceneOutcome>& outcomes) {
   return summary;
 }
 
-TrialsSummary run_trials(const TrialOptions& options, std::size_t trials, std::uint64_t seed, bool with_start,
+TrialsSummary run_trials(const TrialOptions& options, std::size_t trials, std::uint64_t seed, const RunOptions& run,
                          unsigned threads, const std::function<void(std::size_t)>& progress) {
   std::array<std::vector<SceneOutcome>, kNumScenes> outcomes;
   for (std::vector<SceneOutcome>& of_scene : outcomes) of_scene.resize(trials);
-  const auto run = [&](std::size_t i) {
+  const auto run_trial = [&](std::size_t i) {
     const Trial trial = draw_trial(options, trial_seed(seed, i));
-    for (std::size_t s = 0; s < kNumScenes; ++s)
-      outcomes[s][i] = run_scene(trial, static_cast<ProtocolScene>(s), with_start);
+    for (std::size_t s = 0; s < kNumScenes; ++s) outcomes[s][i] = run_scene(trial, static_cast<ProtocolScene>(s), run);
   };
-  parallel_for(trials, threads, run, progress);
+  parallel_for(trials, threads, run_trial, progress);
   TrialsSummary summary;
   summary.trials = trials;
   for (std::size_t s = 0; s < kNumScenes; ++s) summary.scenes[s] = summarise(outcomes[s]);

@@ -34,9 +34,14 @@ struct SceneOutcome {
   std::array<double, kNumSigmas> sigmas_off{};  ///< errors in sigmas that the solver reports; where status is ok
 };
 
-/// All twelve parameters free and without any prior, as the limit has it. The solver finds its own start.
-/// @param with_start false: Stage::start is left out, as no_answer(), which saves a third of the time
-SceneOutcome run_scene(const Trial& trial, ProtocolScene scene, bool with_start);
+struct RunOptions {
+  bool with_start = false;  ///< false: Stage::start is left out, as no_answer(), which saves a third of the time
+  /// The solver assumes what it does by default (PolicyOptions). false: nothing, as the limit has it.
+  bool with_priors = false;
+};
+
+/// All twelve parameters are free. The solver finds its own start.
+SceneOutcome run_scene(const Trial& trial, ProtocolScene scene, const RunOptions& options);
 
 /// Over the trials of one arrangement.
 struct StageSummary {
@@ -64,9 +69,8 @@ double median(std::vector<double> values);
 SceneSummary summarise(const std::vector<SceneOutcome>& outcomes);
 
 /// Draws and runs `trials` trials. The result does not depend on the number of threads.
-/// @param with_start see run_scene()
 /// @param progress may be empty; called on this thread with the number of trials begun so far
-TrialsSummary run_trials(const TrialOptions& options, std::size_t trials, std::uint64_t seed, bool with_start,
+TrialsSummary run_trials(const TrialOptions& options, std::size_t trials, std::uint64_t seed, const RunOptions& run,
                          unsigned threads, const std::function<void(std::size_t)>& progress = {});
 
 }  // namespace lecalib::host

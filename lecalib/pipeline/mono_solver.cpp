@@ -57,6 +57,7 @@ Status MonoSolver::prepare(const CalibrationData& data, const MonoSolverOptions&
   workspace_.left_out = workspace.left_out.first(data.points.size());
   result_ = CalibrationResult();
   attempts_ = sortings_ = offset_rounds_ = 0;
+  poses_first_ = poses_were_first_ = false;
   search_ = nullptr;
   sort_edges_ = nullptr;
   return Status::ok;
@@ -93,7 +94,9 @@ void MonoSolver::begin_refinement(const Camera& camera, ViewGeometry geometry) {
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
     if (!policy_.free[i]) start.*kIntrinsics[i] = policy_.prior_mean[i];
   }
-  refiner_.init(data_, policy_, refine, start, workspace_.guess.views, workspace_.residuals, workspace_.feet);
+  ParameterPolicy at_first = policy_;
+  if (poses_first_) std::fill(at_first.free + kCx, at_first.free + kNumIntrinsics, false);
+  refiner_.init(data_, at_first, refine, start, workspace_.guess.views, workspace_.residuals, workspace_.feet);
   phase_ = Phase::refine;
 }
 
@@ -116,6 +119,11 @@ Status MonoSolver::step_refinement() {
   if (views_used_ == 0) return conclude(Status::too_few_lines);
   const Status status = refiner_.step();
   if (status == Status::in_progress) return status;
+  if (poses_first_) {
+    poses_first_ = false;
+    begin_refinement(refiner_.camera(), classify());
+    return Status::in_progress;
+  }
   if (status != Status::ok) return conclude(status);
   if (phase_ == Phase::refine_robust && has_edges() && (this->*sort_edges_)() == Status::in_progress)
     return Status::in_progress;

@@ -28,8 +28,10 @@ struct MonoSolverOptions {
   RefineOptions refine;  ///< its loss is not used: the refinement starts with squares and ends with `loss` below
   Loss loss = Loss::huber;
   double loss_width =
-      3.0;               ///< > 0; in robust sigmas of the residuals, and not below the given ones if these are trusted
-  int max_attempts = 3;  ///< > 0; starts from which the refinement is tried until one ends well
+      3.0;  ///< > 0; in robust sigmas of the residuals, and not below the given ones if these are trusted
+  /// > 0; starts from which the refinement is tried until one ends well. Where none does and lines are few, the first
+  /// one is tried once more with focal lengths and poses alone before the other intrinsics are freed.
+  int max_attempts = 3;
   /// Where the residuals of the solution to all lines show that some are wrong (and no start was given): find the right
   /// ones by samples, solve with these, and sort anew by the residuals. false: trust all lines.
   bool reject_lines = true;
@@ -158,6 +160,7 @@ class MonoSolver {
   bool drop_wrong_edges();
   Status sort_edges();
   [[nodiscard]] double least_spread() const;
+  [[nodiscard]] bool has_few_lines() const;
   bool has_wrong_lines();
   bool sort_lines();
   void judge_view(const ReducedSystem& system, std::size_t index, double spread, Span<float> sizes);
@@ -190,6 +193,8 @@ class MonoSolver {
   int offset_rounds_ = 0;
   Status (MonoSolver::*search_)(Status attempt) = nullptr;
   Status (MonoSolver::*sort_edges_)() = nullptr;
+  bool poses_first_ = false;       // the refinement that begins next, or has begun, is of focal lengths and poses alone
+  bool poses_were_first_ = false;  // that has been tried
   Phase phase_ = Phase::idle;
 };
 

@@ -12,6 +12,10 @@ namespace {
 /// A residual of so many robust sigmas is no accident among the points of a calibration.
 constexpr double kWrongSpreads = 5.0;
 
+/// Fewer lines than this, in all views, leave the centre and the distortion free to run off before the pose is right:
+/// twice what a view's linear solution takes.
+constexpr std::size_t kFewLines = 2 * kMinNonPlanarLines;
+
 }  // namespace
 
 Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& options,
@@ -34,6 +38,11 @@ Status MonoSolver::search(Status attempt) {
     phase_ = Phase::guess;
     return Status::in_progress;
   }
+  if (attempt != Status::ok && sortings_ == 0 && !poses_were_first_ && has_few_lines()) {
+    begin_guess();
+    poses_first_ = poses_were_first_ = true;
+    return Status::in_progress;
+  }
   if (sortings_ == 0 && options_.reject_lines && has_wrong_lines() && begin_ransac() == Status::ok) {
     return Status::in_progress;
   }
@@ -43,6 +52,7 @@ Status MonoSolver::search(Status attempt) {
 void MonoSolver::begin_guess() {
   guess_ = InitialGuess();
   guess_.init(data_, options_.guess, workspace_.guess);
+  poses_first_ = false;
   phase_ = Phase::guess;
 }
 
@@ -51,6 +61,12 @@ Status MonoSolver::step_guess() {
   if (status != Status::ok) return status;
   begin_refinement(guess_.camera(), guess_.geometry());
   return Status::in_progress;
+}
+
+bool MonoSolver::has_few_lines() const {
+  std::size_t lines = 0;
+  for (const View& view : data_.views) lines += count_lines(data_, view, workspace_.guess.moments);
+  return lines < kFewLines;
 }
 
 /// Whether some residuals are larger than what the bulk of them explains, or all are too large to be measurements.

@@ -31,6 +31,10 @@ constexpr double kMinDamping = 1e-15;
 constexpr double kDampingGrowth = 2.0;
 constexpr double kFirstDampingGrowth = 10.0;
 
+/// Where the iteration limit comes, a minimum that the undamped step would reach within so many sigmas is near enough:
+/// steps along a valley that bends stay small however near the goal is.
+constexpr double kSettledSigmas = 0.1;
+
 }  // namespace
 
 const char* to_string(StopReason reason) noexcept {
@@ -41,6 +45,7 @@ const char* to_string(StopReason reason) noexcept {
     case StopReason::no_descent: return "no_descent";
     case StopReason::iteration_limit: return "iteration_limit";
     case StopReason::numerical_failure: return "numerical_failure";
+    case StopReason::settled: return "settled";
   }
   return "unknown";
 }
@@ -325,6 +330,22 @@ Status Refiner::finish(StopReason reason, Status status) {
   return status;
 }
 
+/// The decrease that the undamped step promises is the square of its length in sigmas, all parameters taken together.
+Status Refiner::finish_at_limit() {
+  const Camera camera = camera_;
+  const double damping = damping_;
+  damping_ = 0.0;
+  Vec9 delta;
+  bool settled = solve_damped(&delta);
+  if (settled) {
+    double relative_step = 0.0;
+    settled = apply(delta, &relative_step) <= kSettledSigmas * kSettledSigmas * prior_weight_;
+    restore(camera);
+  }
+  damping_ = damping;
+  return settled ? finish(StopReason::settled, Status::ok) : finish(StopReason::iteration_limit, Status::not_converged);
+}
+
 void Refiner::make_last_step() {
   if (reason_ == StopReason::small_decrease) restore(next_camera_);
 }
@@ -334,7 +355,7 @@ Status Refiner::step() {
     if (!linearise()) return finish(StopReason::numerical_failure, Status::numerical_failure);
     linearised_ = true;
   }
-  if (iterations_ >= options_.max_iterations) return finish(StopReason::iteration_limit, Status::not_converged);
+  if (iterations_ >= options_.max_iterations) return finish_at_limit();
   Vec9 delta;
   while (!solve_damped(&delta)) {
     damping_ = std::max(10.0 * damping_, 1e-8);

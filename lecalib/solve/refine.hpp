@@ -28,6 +28,7 @@ enum class StopReason : std::uint8_t {
   no_descent = 3,      ///< damping reached its limit: the cost cannot be lowered further in floating point
   iteration_limit = 4,
   numerical_failure = 5,
+  settled = 6,  ///< at the iteration limit, but nearer to the minimum than a tenth of a sigma
 };
 const char* to_string(StopReason reason) noexcept;
 
@@ -87,8 +88,8 @@ class Refiner {
             const Camera& camera, Span<RefineView> views, Span<float> residuals, Span<float> feet = {});
 
   /// One iteration: one linear solve and one pass over the points (two where the step is rejected).
-  /// @return in_progress | ok (converged) | not_converged (iteration limit) | numerical_failure (the start has no
-  /// finite cost, or the equations stay singular)
+  /// @return in_progress | ok (converged) | not_converged (iteration limit, and the minimum is not near) |
+  /// numerical_failure (the start has no finite cost, or the equations stay singular)
   Status step();
 
   /// Makes the step that step() has found too small to be worth new equations, where it stopped for that. Residuals,
@@ -185,6 +186,7 @@ class Refiner {
   bool solve_damped(Vec9* delta) const;
   double apply(const Vec9& delta, double* largest_relative_step);
   void restore(const Camera& camera);
+  Status finish_at_limit();
   Status finish(StopReason reason, Status status);
 
   CalibrationData data_;

@@ -129,6 +129,9 @@ TEST_CASE("experiment report: the text shows failures, the paper's table beside 
   results.ablation[0].protocol = Protocol::text;
   CHECK_FALSE(contains(experiments_markdown(results), "[Liu24] refined"));
   CHECK(contains(experiments_markdown(results), "| T planar | 4 | 25.0 / 50.0 / 75.0 |"));
+  CHECK(contains(experiments_markdown(results), "without any prior"));
+  results.options.priors = true;
+  CHECK(contains(experiments_markdown(results), "with the priors that a calibration has by default"));
   CHECK_FALSE(contains(text, "Reported sigma"));
 }
 

@@ -74,7 +74,7 @@ TEST_CASE("protocol run: exact points give the true camera, with both models") {
   for (const Protocol protocol : {Protocol::scripts, Protocol::text, Protocol::physical}) {
     TrialOptions options = default_trial(protocol);
     options.sigma_px = 0;
-    const TrialsSummary summary = run_trials(options, 20, 1, true, 1);
+    const TrialsSummary summary = run_trials(options, 20, 1, {true}, 1);
     for (const SceneSummary& scene : summary.scenes) {
       for (const double error : scene.stages[kRefined].median) CHECK(error < 1e-6);
       for (const double error : scene.stages[kLimit].median) CHECK(error == 0);
@@ -91,7 +91,7 @@ TEST_CASE("protocol run: with little noise the solver is off by what the limit s
   for (std::uint64_t i = 0; i < 40; ++i) {
     const Trial trial = draw_trial(options, trial_seed(9, i));
     for (const ProtocolScene scene : {ProtocolScene::planar, ProtocolScene::spatial}) {
-      const SceneOutcome outcome = run_scene(trial, scene, false);
+      const SceneOutcome outcome = run_scene(trial, scene, {});
       if (outcome.status != Status::ok) continue;
       ++trials;
       double largest = 0;
@@ -110,7 +110,7 @@ TEST_CASE("protocol run: with little noise the solver is off by what the limit s
 
 TEST_CASE("protocol run: errors in sigmas are those of the camera that the solver returns") {
   Trial trial = draw_trial(default_trial(Protocol::text), 5);
-  const SceneOutcome outcome = run_scene(trial, ProtocolScene::spatial, false);
+  const SceneOutcome outcome = run_scene(trial, ProtocolScene::spatial, {});
   REQUIRE(outcome.status == Status::ok);
   for (std::size_t i = 0; i < kNumSigmas; ++i) {
     CHECK(outcome.sigmas_off[i] > 0);
@@ -118,7 +118,7 @@ TEST_CASE("protocol run: errors in sigmas are those of the camera that the solve
   }
   // The same camera, twice as uncertain.
   for (LinePoint& point : trial.points) point.sigma_px *= 2;
-  const SceneOutcome wider = run_scene(trial, ProtocolScene::spatial, false);
+  const SceneOutcome wider = run_scene(trial, ProtocolScene::spatial, {});
   for (std::size_t i = 0; i < kNumSigmas; ++i) {
     const double error = outcome.errors[kRefined][i + 2] / wider.errors[kRefined][i + 2];
     CHECK(wider.sigmas_off[i] * error == doctest::Approx(0.5 * outcome.sigmas_off[i]).epsilon(0.25));
@@ -127,19 +127,42 @@ TEST_CASE("protocol run: errors in sigmas are those of the camera that the solve
 
 TEST_CASE("protocol run: what a trial gives depends on its seed alone, not on the number of threads") {
   const TrialOptions options = default_trial(Protocol::text);
-  const TrialsSummary one = run_trials(options, 13, 3, true, 1);
-  CHECK(same(one, run_trials(options, 13, 3, true, 2)));
-  CHECK(same(one, run_trials(options, 13, 3, true, 40)));
-  CHECK_FALSE(same(one, run_trials(options, 13, 4, true, 1)));
+  const TrialsSummary one = run_trials(options, 13, 3, {true}, 1);
+  CHECK(same(one, run_trials(options, 13, 3, {true}, 2)));
+  CHECK(same(one, run_trials(options, 13, 3, {true}, 40)));
+  CHECK_FALSE(same(one, run_trials(options, 13, 4, {true}, 1)));
 }
 
 TEST_CASE("protocol run: without the start all else stays as it is") {
   const Trial trial = draw_trial(default_trial(Protocol::text), 5);
-  const SceneOutcome with = run_scene(trial, ProtocolScene::planar, true);
-  const SceneOutcome without = run_scene(trial, ProtocolScene::planar, false);
+  const SceneOutcome with = run_scene(trial, ProtocolScene::planar, {true});
+  const SceneOutcome without = run_scene(trial, ProtocolScene::planar, {});
   CHECK(without.errors[kStart] == no_answer());
   CHECK(with.errors[kStart] != no_answer());
   CHECK(without.errors[kRefined] == with.errors[kRefined]);
   CHECK(without.errors[kLimit] == with.errors[kLimit]);
   CHECK(without.status == with.status);
+}
+
+TEST_CASE("protocol run: priors tell more of a plane's principal point, and leave start and limit as they are") {
+  TrialOptions options = default_trial(Protocol::physical);
+  options.sigma_px = 5;
+  const SceneSummary without = run_trials(options, 100, 1, {true, false}, 1).scenes[0];
+  const SceneSummary with = run_trials(options, 100, 1, {true, true}, 1).scenes[0];
+  for (const std::size_t stage : {kStart, kLimit}) CHECK(with.stages[stage].median == without.stages[stage].median);
+  for (const std::size_t error : {4U, 5U}) {
+    CHECK(with.stages[kRefined].median[error] < 0.9 * without.stages[kRefined].median[error]);
+  }
+  CHECK(with.accepted > without.accepted);
+}
+
+TEST_CASE(
+    "protocol run: few lines from which all intrinsics at once run off are solved by focal lengths and pose first") {
+  TrialOptions options = default_trial(Protocol::text);
+  options.lines = 6;
+  for (const std::uint64_t seed : {54U, 285U, 697U}) {
+    const SceneOutcome outcome = run_scene(draw_trial(options, seed), ProtocolScene::spatial, {false, true});
+    CHECK(outcome.status == Status::ok);
+    for (const double off : outcome.sigmas_off) CHECK(off < 3);
+  }
 }

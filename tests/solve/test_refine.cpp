@@ -273,6 +273,14 @@ TEST_CASE("every way to stop") {
   CHECK(p.refiner.reason() == StopReason::iteration_limit);
   CHECK(p.refiner.iterations() == 2);
 
+  short_run.max_iterations = 7;
+  short_run.decrease_tolerance = 0.0;  // which would take more
+  p = make_problem(3, 0.5, 0.1, 6);
+  p.init(no_priors(), short_run);
+  CHECK(p.run() == Status::ok);
+  CHECK(p.refiner.reason() == StopReason::settled);
+  CHECK(p.refiner.iterations() == 7);
+
   p = make_problem(3, 0.5, 0.1, 6);
   p.start.fx = std::numeric_limits<double>::quiet_NaN();
   p.init(no_priors(), {});
@@ -285,7 +293,30 @@ TEST_CASE("every way to stop") {
   CHECK(p.run() == Status::ok);  // the damping carries it
   ReducedSystem system;
   CHECK_FALSE(p.refiner.reduced_system(&system));
-  for (int i = 0; i <= 5; ++i) CHECK(std::string(to_string(static_cast<StopReason>(i))) != "unknown");
+  for (int i = 0; i <= 6; ++i) CHECK(std::string(to_string(static_cast<StopReason>(i))) != "unknown");
+}
+
+TEST_CASE("at the iteration limit it is ok exactly where the minimum is within a tenth of a sigma") {
+  Problem exact = make_problem(3, 0.5, 0.1, 6);
+  exact.init(no_priors(), {});
+  REQUIRE(exact.run() == Status::ok);
+  bool settled_before = false;
+  for (int limit = 1; limit <= 8; ++limit) {
+    Problem p = make_problem(3, 0.5, 0.1, 6);
+    RefineOptions options;
+    options.max_iterations = limit;
+    options.decrease_tolerance = 0.0;
+    p.init(no_priors(), options);
+    const bool settled = p.run() == Status::ok;
+    CHECK(p.refiner.iterations() == limit);
+    CHECK((limit > 1 || !settled));
+    CHECK((settled || !settled_before));
+    const double above = p.refiner.cost() - exact.refiner.cost();
+    if (settled) CHECK(above < 0.011);
+    if (!settled) CHECK(above > 0.009);
+    settled_before = settled;
+  }
+  CHECK(settled_before);
 }
 
 TEST_CASE("the step that is too small for new equations is made at the end, and brings the camera nearer") {
