@@ -128,8 +128,8 @@ TEST_CASE("cloud: times keep their place in windows of microseconds and of years
     std::vector<Event> events;
     for (int i = 0; i <= 4; ++i) events.push_back({7 + length_us * i / 4, 1, 1, 1});
     Fixture f(events.size());
-    REQUIRE(build_cloud({7, 7 + length_us, {events.data(), events.size()}}, f.options, f.workspace, &f.cloud) ==
-            Status::ok);
+    REQUIRE(build_cloud({7, 7 + length_us, {events.data(), events.size()}}, f.options, f.workspace, &f.cloud,
+                        nullptr) == Status::ok);
     for (std::size_t i = 0; i < events.size(); ++i) {
       const double tau = 2 * static_cast<double>(events[i].t_us - 7) / static_cast<double>(length_us) - 1;
       CHECK(std::abs(double{EventCloud::tau_of(f.cloud.t[i])} - tau) < 1e-4);
