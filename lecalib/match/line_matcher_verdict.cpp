@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 /// Which hypothesis is believed, and whether any: a part of LineMatcher.
+#include <algorithm>
+
 #include "lecalib/match/line_matcher.hpp"
 
 namespace lecalib {
@@ -11,8 +13,9 @@ constexpr double kRepeatedTurn = 0.1;
 constexpr double kRivalFocal = 1.06;
 constexpr double kRivalShare = 0.95;
 /// What a result must explain: nearly all of the model in its windows, or, beyond the lines that a free focal length
-/// and pose can always be bent to, a good share of it, or more than half of its lines closely. Edges whose contrast
-/// changes along them are found in part, in every window: their number tells what their length does not.
+/// and pose can always be bent to, a good share of its length and of its lines closely, or more than half of its lines
+/// closely. Edges whose contrast changes along them are found in part, in every window: their number tells what their
+/// length does not. A model of another size lies along many lines, and closely along few.
 constexpr double kMinExplained = 0.75;
 constexpr double kFreeLines = 3.5;
 constexpr double kMinExplainedBeyond = 0.25;
@@ -24,8 +27,9 @@ bool explains_enough(const LineTrack& track) {
   if (track.score >= kMinExplained * track.possible) return true;
   const double free_score = kFreeLines * static_cast<double>(track.num_windows);
   const double beyond = track.possible - free_score;
-  return beyond > 0.0 && (track.score - free_score >= kMinExplainedBeyond * beyond ||
-                          track.found - free_score >= kMinFoundBeyond * beyond);
+  const double least = std::min(track.score, track.found) - free_score;
+  return beyond > 0.0 &&
+         (least >= kMinExplainedBeyond * beyond || track.found - free_score >= kMinFoundBeyond * beyond);
 }
 
 }  // namespace

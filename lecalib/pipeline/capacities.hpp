@@ -5,13 +5,13 @@
 
 namespace lecalib {
 
-/// How much a calibrator can hold. Memory follows by required_bytes(); beyond a capacity an even share is kept and the
-/// rest counted.
+/// How much a calibrator can hold. Memory follows by required_bytes(); beyond a capacity the best or an even share is
+/// kept and the rest counted.
 struct Capacities {
   /// Further events of a window are thinned evenly over its time; it then gives lines, but no edges.
   std::uint32_t events_per_window = 60000;
   std::uint32_t lines_per_window = 64;  ///< further lines of a window are given up, the weakest first
-  std::uint32_t windows = 96;           ///< windows kept; when full, every other one is given up
+  std::uint32_t windows = 96;           ///< windows kept; when full, the one that tells least is given up
   std::uint32_t model_lines = 64;
   std::uint32_t points_per_line = 3;  ///< room for ViewPointOptions::points_per_line
   bool edges = true;  ///< room to calibrate by edges, MonoOptions::use_edges; without it the lines alone are used

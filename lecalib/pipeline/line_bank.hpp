@@ -8,14 +8,16 @@
 
 namespace lecalib {
 
-/// Keeps the lines of a bounded number of windows, spread evenly over the time seen so far: when the bank is full,
-/// every other window is given up and from then on only every 2^k-th window is taken.
+/// Keeps the lines of a bounded number of windows. When the bank is full, each further window displaces the one that is
+/// missed least: a window stands for the stretch between its neighbours, in windows offered (each of which saw about as
+/// much motion), and by how much it tells of its lines, the information of its edges.
 class LineBank {
  public:
   template <class Carver>
   constexpr bool carve(Carver& carver, std::uint32_t windows, std::uint32_t lines_per_window) {
     lines_per_window_ = lines_per_window;
-    return carver.carve(windows, &windows_) && carver.carve(std::size_t{windows} * lines_per_window, &lines_);
+    return carver.carve(windows, &windows_) && carver.carve(windows, &kept_) &&
+           carver.carve(std::size_t{windows} * lines_per_window, &lines_);
   }
 
   void clear();
@@ -29,14 +31,20 @@ class LineBank {
   [[nodiscard]] std::uint32_t lines_dropped() const { return lines_dropped_; }
 
  private:
-  void keep_every_other();
-  void store(std::uint32_t slot, const LineWindow& window);
+  struct Kept {
+    std::uint32_t offer;  ///< how many windows were offered before
+    std::uint32_t place;  ///< of its lines, in windows
+    float information;    ///< 1/px^2
+  };
+
+  [[nodiscard]] std::size_t least_missed() const;
+  void take_out(std::size_t index);
 
   Span<LineWindow> windows_;
+  Span<Kept> kept_;        ///< [windows]
   Span<EventLine> lines_;  ///< [windows x lines_per_window]
   std::uint32_t lines_per_window_ = 0;
   std::uint32_t count_ = 0;
-  std::uint32_t stride_ = 1;  ///< one window of `stride_` offered is kept
   std::uint32_t offered_ = 0;
   std::uint32_t lines_dropped_ = 0;
 };

@@ -144,6 +144,8 @@ Status MonoSolver::step_refinement() {
     return Status::in_progress;
   }
   refiner_.make_last_step();
+  // What offsets do to points is worked out at the present state, and the equations beside it must be of the same.
+  if (has_edges() && !refiner_.renew_equations()) return conclude(Status::numerical_failure);
   return conclude(Status::ok);
 }
 

@@ -52,19 +52,28 @@ class HalfWay {
   float index_[kMaxCount + 1] = {};
 };
 
-/// By how much virtual events trail their edge, px, by the mean number of events in a crossing.
-float trailing_px(float n) {
-  constexpr float kCounts[] = {1.0F, 1.2F, 1.45F, 1.8F, 2.3F, 3.0F, 4.2F, 7.0F};
-  constexpr float kShifts[] = {0.31F, 0.185F, 0.11F, 0.025F, -0.025F, -0.05F, -0.05F, -0.05F};
-  constexpr int kLast = 7;
-  if (n <= kCounts[0]) return kShifts[0];
+/// By how much virtual events trail their edge, px, by the mean number n of events in a crossing: what the first event
+/// (OFF) or the last (ON) stands off half way, for a pixel that sees an edge blurred by 0.55 px (one sigma) and begins
+/// anywhere within a threshold.
+float trailing_px(bool on, float n) {
+  constexpr int kLast = 5;
+  constexpr float kCounts[] = {1.0F, 1.2F, 1.45F, 1.8F, 2.3F, 3.0F};
+  constexpr float kShifts[2][kLast + 1] = {{0.51F, 0.37F, 0.265F, 0.165F, 0.075F, 0},
+                                           {0.36F, 0.23F, 0.145F, 0.045F, 0.005F, 0}};
+  const float* const shifts = kShifts[on ? 1 : 0];
+  if (n <= kCounts[0]) return shifts[0];
   for (int i = 0; i < kLast; ++i) {
     if (n < kCounts[i + 1]) {
-      return kShifts[i] + (n - kCounts[i]) / (kCounts[i + 1] - kCounts[i]) * (kShifts[i + 1] - kShifts[i]);
+      return shifts[i] + (n - kCounts[i]) / (kCounts[i + 1] - kCounts[i]) * (shifts[i + 1] - shifts[i]);
     }
   }
-  return kShifts[kLast];
+  return shifts[kLast];
 }
+
+struct StraightLine {
+  float mean, slope, middle;
+  [[nodiscard]] float at(float u) const { return mean + slope * (u - middle); }
+};
 
 class CrossingFitter {
  public:
@@ -138,15 +147,15 @@ class CrossingFitter {
   [[nodiscard]] LineEdge edge() const {
     LineEdge out;
     const float speed = shape_.terms[2];
-    const float events = events_per_crossing();
-    const float ahead = speed > 0 ? trailing_px(events) : -trailing_px(events);
+    const StraightLine events = events_along();
     float variance[3] = {};
     for (int t = 0; t < 2; ++t) {
       const float tau = t == 0 ? -kEdgeTime : kEdgeTime;
       for (int i = 0; i < 3; ++i) {
         const float u = kEdgePlaces[i];
         const float s = shape_.middle_px + u * shape_.half_px;
-        const float d = shape_at(shape_.terms, u, tau) + ahead;
+        const float trailing = trailing_px(on_, events.at(u));
+        const float d = shape_at(shape_.terms, u, tau) + (speed > 0 ? trailing : -trailing);
         out.x[t][i] = line_.x(s, d);
         out.y[t][i] = line_.y(s, d);
         variance[i] += 0.5F * equations_.variance(u, tau);
@@ -162,7 +171,7 @@ class CrossingFitter {
       out.sigma_px[i] = std::sqrt(variance[i] + 2 * few * shared * shared / kEdgePlaceWeights[i]);
     }
     out.scatter_px = spread_px_;
-    out.events_per_crossing = events;
+    out.events_per_crossing = events.mean;
     out.speed_px_per_s = speed / half_window_us_ * 1e6F;
     out.crossings = static_cast<std::uint32_t>(count_);
     return out;
@@ -193,7 +202,9 @@ class CrossingFitter {
   }
 
   void take_pixel(float x, float y, const float* times, std::size_t count) {
-    const float u = shape_.position(line_.along(x, y));
+    const float s = line_.along(x, y);
+    if (std::min(s - shape_.low_px(), shape_.high_px() - s) < end_margin_px()) return;
+    const float u = shape_.position(s);
     const float d = line_.across(x, y);
     float half_travel = 0;
     if (!passes(u, d, &half_travel)) return;
@@ -241,6 +252,11 @@ class CrossingFitter {
     count_ = kept;
   }
 
+  [[nodiscard]] float end_margin_px() const {
+    constexpr float kMaxShare = 0.1F;
+    return std::min(options_.end_margin_px, 2 * kMaxShare * shape_.half_px);
+  }
+
   /// Whether the line passes the pixel entirely, in one direction.
   bool passes(float u, float d, float* half_travel) const {
     constexpr float kNearEnd = 0.9F;
@@ -275,10 +291,21 @@ class CrossingFitter {
     }
   }
 
-  [[nodiscard]] float events_per_crossing() const {
-    std::size_t events = 0;
-    for (std::size_t i = 0; i < count_; ++i) events += ws_.crossing_events[i];
-    return static_cast<float>(events) / static_cast<float>(count_);
+  /// Events in a crossing by its place: what lies behind an object changes along its outline, and contrast with it.
+  [[nodiscard]] StraightLine events_along() const {
+    float events = 0, places = 0, squares = 0, products = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const float n = ws_.crossing_events[i];
+      const float u = ws_.along[i];
+      events += n;
+      places += u;
+      squares += u * u;
+      products += u * n;
+    }
+    const auto count = static_cast<float>(count_);
+    const float middle = places / count;
+    const float variance = squares - middle * places;
+    return {events / count, variance > 0 ? (products - middle * events) / variance : 0.0F, middle};
   }
 
   [[nodiscard]] float spread() const {

@@ -41,9 +41,12 @@ struct CrossingOptions {
   float dark_margin_px = 0.35F;
   float dark_margin_per_event_px = 0.12F;
   float max_dark_margin_px = 1.2F;
+  /// So near to its ends a line's crossings count for nothing: pixels there see only a part of its contrast, and what
+  /// else ends there, px. Up to a tenth of the line at either end.
+  float end_margin_px = 2;
   float max_gap_px = 1.5F;  ///< travel between two events of one crossing, > 0 ...
   float min_gap_us = 800;   ///< ... within these times
-  float max_gap_us = 25000;
+  float max_gap_us = 100000;
   std::uint32_t max_events = 40;     ///< of a crossing; more are flicker or a hot pixel
   std::uint32_t min_crossings = 40;  ///< of a line; fewer share too few errors to average
   /// One sigma, px, of how much the edge and its events move apart within a window.

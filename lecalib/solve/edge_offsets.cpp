@@ -10,7 +10,7 @@
 namespace lecalib {
 namespace {
 
-enum Shared : std::uint16_t { kDark, kTrailing, kBend, kBySpeed, kLatency };
+enum Shared : std::uint16_t { kDark, kTrailing, kBend, kOffBySpeed, kOnBySpeed, kLatency };
 enum OfLine : std::size_t { kHalfWidth, kOffset, kTilt, kOwnBend };  // the last three twice, for OFF and for ON
 
 constexpr std::uint16_t kNone = 0xFFFF;
@@ -73,7 +73,8 @@ void EdgeOffsets::init(const CalibrationData& data, const EdgeOffsetOptions& opt
   workspace_.sigma[kTrailing] = options.trailing_px;
   workspace_.sigma[kBend] = options.bend_px;
   workspace_.sigma[kLatency] = kSecondsPerMs * options.latency_ms;
-  workspace_.sigma[kBySpeed] = options.by_speed_px;
+  workspace_.sigma[kOffBySpeed] = options.off_by_speed_px;
+  workspace_.sigma[kOnBySpeed] = options.on_by_speed_px;
   size_ = kSharedOffsets;
   for (std::uint16_t& slot : workspace_.slot) slot = kNone;
   for (std::size_t line = 0; line < data.model.size(); ++line) add_line(line);
@@ -81,8 +82,12 @@ void EdgeOffsets::init(const CalibrationData& data, const EdgeOffsetOptions& opt
 }
 
 double EdgeOffsets::mean(std::size_t offset) const {
-  if (offset == kLatency) return kSecondsPerMs * options_.mean_latency_ms;
-  return offset == kBySpeed ? options_.mean_by_speed_px : 0.0;
+  switch (offset) {
+    case kLatency: return kSecondsPerMs * options_.mean_latency_ms;
+    case kOffBySpeed: return options_.mean_off_by_speed_px;
+    case kOnBySpeed: return options_.mean_on_by_speed_px;
+    default: return 0;
+  }
 }
 
 void EdgeOffsets::restart() {
@@ -133,7 +138,7 @@ OffsetTerms EdgeOffsets::terms(std::size_t point) const {
   const double bend = 6 * along * along - 0.5;
   add_term(kBend, dark * bend);
   add_term(kTrailing, -sign_of(edge.speed_px_per_s));
-  add_term(kBySpeed, -dark * log_speed(edge.speed_px_per_s));
+  add_term(on ? kOnBySpeed : kOffBySpeed, -dark * log_speed(edge.speed_px_per_s));
   add_term(kLatency, -static_cast<double>(edge.speed_px_per_s));
   add_term(workspace_.slot[slot_of(line, kHalfWidth, on)], dark);
   add_term(workspace_.slot[slot_of(line, kOffset, on)], dark);

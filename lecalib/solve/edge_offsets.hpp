@@ -5,8 +5,8 @@
 ///       = D (d0 + w + u + f g + (6 f^2 - 1/2) (b0 + b) - ln(|v| / v0) c0) - sign(v) a0 - v tau
 ///
 /// with D the side on which the edge is dark, v the point's speed and f its place along the line from -1/2 to 1/2; d0,
-/// b0, c0, a0 and tau are shared by all lines, u, g and b belong to a model line's edges of one polarity, w to a drawn
-/// line: one that is dark between two flanks, whose middle is the model's.
+/// b0, a0 and tau are shared by all lines, c0 by all of one polarity, u, g and b belong to a model line's edges of one
+/// polarity, w to a drawn line: one that is dark between two flanks, whose middle is the model's.
 ///
 /// Residuals are linear in the offsets. With camera and poses eliminated, one linear solution beside a converged
 /// refinement gives the offsets; the points move by it and the refinement goes on. Together they find the minimum over
@@ -34,23 +34,24 @@ struct EdgeOffsetOptions {
   double bend_px = 0.05;          ///< b0: what fires near a line's ends lies further towards the dark, or less far
   double latency_ms = 0.15;       ///< tau, about ...
   double mean_latency_ms = 0.05;  ///< ... this
-  /// c0, one sigma and mean: pixels are slow in the dark, so that the dark side of what moves fast is seen late. In two
-  /// simulators it is about 0.02, from -0.02 to 0.05, over speeds from 20 to 800 px/s.
-  double by_speed_px = 0.04;
-  double mean_by_speed_px = 0.02;
+  /// c0 of OFF edges and of ON edges, one sigma and mean. Pixels are slow in the dark, where ON edges begin: in two
+  /// simulators ON edges lie 0.06 to 0.1 px less far towards the dark where they are e times as fast, OFF edges -0.03
+  /// to 0.03, over speeds from 20 to 800 px/s.
+  double off_by_speed_px = 0.04, mean_off_by_speed_px = 0;
+  double on_by_speed_px = 0.04, mean_on_by_speed_px = 0.07;
   double line_px = 0.07;        ///< u, for two and a half events per crossing and more ...
   double faint_line_px = 0.15;  ///< ... and for one and a half or less
   /// g, from end to end, and b of OFF edges and of ON edges; how large they are in a recording is estimated. What lies
   /// behind an object is darker at one end than at the other, and OFF edges end there, where pixels are slow.
-  double off_tilt_px = 0.13, off_bend_px = 0.05;
-  double on_tilt_px = 0.08, on_bend_px = 0.04;
+  double off_tilt_px = 0.2, off_bend_px = 0.05;
+  double on_tilt_px = 0.09, on_bend_px = 0.04;
   double half_width_px = 2;  ///< w
   DrawnLineOptions drawn;
   /// A line whose u lies further out, in sigmas beforehand, is not the edge that fires: a rim in relief, a shadow. > 0
   double max_sigmas = 3.5;
 };
 
-inline constexpr std::size_t kSharedOffsets = 5;   ///< d0, a0, b0, c0, tau
+inline constexpr std::size_t kSharedOffsets = 6;   ///< d0, a0, b0, c0 of OFF and of ON, tau
 inline constexpr std::size_t kOffsetsPerLine = 7;  ///< w, and u, g and b of either polarity
 inline constexpr std::size_t kMaxOffsetTerms = 9;  ///< of one point
 

@@ -95,6 +95,9 @@ class Refiner {
   /// Makes the step that step() has found too small to be worth new equations, where it stopped for that. Residuals,
   /// cost and equations stay those of the state before, which is as near as the step is small.
   void make_last_step();
+  /// Residuals, cost and equations become those of the present state and points. @return false where they are not
+  /// finite
+  bool renew_equations() { return linearise(); }
 
   /// Changes the loss and goes on from the current state; step() may be called again after it has returned ok.
   /// @param sigma_scale true over given sigma of the points, as far as known: priors are in true units, so they count

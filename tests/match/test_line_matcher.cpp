@@ -167,6 +167,16 @@ TEST_CASE("pure clutter and a wrong model are refused") {
     REQUIRE(bench.init(scene, options) == Status::ok);
     CHECK(bench.run() == Status::no_match);
   }
+  SUBCASE("the model of a box that is smaller or larger by some centimetres: its edges lie beside those found") {
+    const Scene scene = make_scene(options);
+    for (const std::vector<ModelLine>& model :
+         {box_model(0.4, 0.22, 0.28), box_model(0.4, 0.22, 0.30), box_model(0.4, 0.26, 0.35)}) {
+      options.model = model;
+      Bench bench;
+      REQUIRE(bench.init(scene, options) == Status::ok);
+      CHECK(bench.run() == Status::no_match);
+    }
+  }
   SUBCASE("no lines at all") {
     Scene scene = make_scene(options);
     for (LineWindow& window : scene.windows) window.lines = {};

@@ -59,6 +59,35 @@ double edge_error(const LineEdge& edge, const StepEdge& truth, const SceneOption
   return sum / 6;
 }
 
+/// From an edge's first place to its last: how much further towards the dark it lies there than the truth, px.
+double edge_tilt(const LineEdge& edge, const StepEdge& truth) {
+  double sum = 0;
+  for (int time = 0; time < 2; ++time) {
+    sum += truth.across(double{edge.x[time][2]}, double{edge.y[time][2]}) -
+           truth.across(double{edge.x[time][0]}, double{edge.y[time][0]});
+  }
+  return sum / 2;
+}
+
+/// The piece of an edge that is centred `along_px` from its middle.
+StepEdge piece_of(const StepEdge& edge, double along_px, double half_length_px) {
+  StepEdge piece = edge;
+  piece.centre_x -= along_px * std::sin(edge.angle);
+  piece.centre_y += along_px * std::cos(edge.angle);
+  piece.half_length_px = half_length_px;
+  return piece;
+}
+
+std::vector<Event> events_of(const std::vector<StepEdge>& pieces, const SceneOptions& scene) {
+  std::vector<Event> events;
+  for (const StepEdge& piece : pieces) {
+    const std::vector<Event> more = events_of(piece, scene, 0.24);
+    events.insert(events.end(), more.begin(), more.end());
+  }
+  std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.t_us < b.t_us; });
+  return events;
+}
+
 /// The same of the fit to all events alike.
 double line_error(const EventLine& line, const StepEdge& truth) {
   const Segment& a = line.begin;
@@ -100,6 +129,44 @@ TEST_CASE("line edges: an edge is where the intensity is half way, whatever its 
     }
   }
   CHECK(worst_line > 0.3);
+}
+
+TEST_CASE("line edges: an edge whose contrast changes along it is not tilted by that") {
+  const SceneOptions scene;
+  EdgeDetector detector(scene);
+  for (const double speed : {600.0, -600.0}) {
+    CAPTURE(speed);
+    StepEdge truth;
+    truth.speed_px_per_s = speed;
+    std::vector<StepEdge> pieces;
+    for (int i = -4; i <= 4; ++i) {
+      pieces.push_back(piece_of(truth, 20.0 * i, 10));
+      pieces.back().contrast = std::exp(0.24 * (2.7 + 0.15 * i));  // 1.1 to 2.3 events per crossing
+    }
+    const EventLine* const line = detector.detect(scene, events_of(pieces, scene));
+    REQUIRE(line != nullptr);
+    REQUIRE(line->edge.crossings > 0);
+    CHECK(std::fabs(edge_tilt(line->edge, truth)) < 0.08);
+  }
+}
+
+TEST_CASE("line edges: what is otherwise at a line's very ends leaves its edge alone") {
+  const SceneOptions scene;
+  EdgeDetector detector(scene);
+  const auto tilt_at = [&](double off_px) {
+    const StepEdge truth;
+    std::vector<StepEdge> pieces = {piece_of(truth, 0, 29), piece_of(truth, 30, 1)};
+    pieces.back().centre_x += off_px * std::cos(truth.angle);
+    pieces.back().centre_y += off_px * std::sin(truth.angle);
+    const EventLine* const line = detector.detect(scene, events_of(pieces, scene));
+    REQUIRE(line != nullptr);
+    REQUIRE(line->edge.crossings > 0);
+    return edge_tilt(line->edge, truth);
+  };
+  const double moved = std::fabs(tilt_at(0.8) - tilt_at(0));
+  detector.options.crossings.end_margin_px = 0;
+  const double moved_by_all = std::fabs(tilt_at(0.8) - tilt_at(0));
+  CHECK(moved < 0.5 * moved_by_all);
 }
 
 TEST_CASE("line edges: a threshold that is wrong by a third moves an edge by less than a tenth of a pixel") {
