@@ -29,7 +29,9 @@ struct GapMotion {
 /// A line's pixels in a row, and in which eighths of the window each fired.
 class EdgeRow {
  public:
-  /// @param memory  of (length in px / 16 + 3) * 8 words; what of the line finds no room there is not looked at
+  /// @param memory  of (length in px / 16 + 3) * 8 words, at least 24; what of the line finds no room there counts in
+  /// the
+  ///                last pixel that does
   EdgeRow(const MovingLine& line, Span<std::uint16_t> memory) noexcept;
 
   /// How far from the line the row's events are, px.

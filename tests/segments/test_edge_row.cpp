@@ -128,8 +128,9 @@ TEST_CASE("edge row: what is beyond the band or the ends leaves no trace, and me
   CHECK(cut.size() == 32);
   cut.add({0, 202, 0, 1, 0});  // counts in the last pixel that there is
   CHECK(pieces_of(cut, {1, 0}) == Pieces{{31, 32}});
-  std::vector<std::uint16_t> none;
-  EdgeRow empty(Row::line(), {none.data(), 0});
-  CHECK(empty.size() == 0);
-  CHECK(empty.find_gaps({}).least_px == 0);
+  std::vector<std::uint16_t> least(24);
+  EdgeRow word(Row::line(), {least.data(), least.size()});
+  CHECK(word.size() == 16);
+  word.add({0, 202, 0, -1, 0});
+  CHECK(pieces_of(word, {1, 0}) == Pieces{{15, 16}});
 }
