@@ -45,6 +45,16 @@ std::size_t cell_of(const Event& event, std::size_t cols, std::size_t cells) {
   return (event.polarity != 0 ? cells : 0) + row * cols + col;
 }
 
+/// From counts to where each begins: the exclusive prefix sum of all but the first.
+void set_starts(Span<std::uint32_t> counts) {
+  std::uint32_t sum = 0;
+  for (std::size_t c = 1; c < counts.size(); ++c) {
+    const std::uint32_t count = counts[c];
+    counts[c] = sum;
+    sum += count;
+  }
+}
+
 /// Events per px^2 that chance puts into the cells of one polarity. Cells that the sensor's border cuts hold fewer, so
 /// that only a sensor without whole ones is measured by them.
 float noise_floor(const EventCloud& cloud, std::size_t first_cell) {
@@ -86,19 +96,14 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
   stats->outside_sensor = static_cast<std::uint32_t>(window.events.size() - inside);
   stats->thinned = static_cast<std::uint32_t>(inside - kept);
 
-  // Counts stand one place ahead: after the exclusive prefix sum start[c + 1] is where cell c begins, and the scatter
-  // moves it to where cell c ends, which is where cell c + 1 begins.
+  // Counts stand one place ahead: once they are summed up start[c + 1] is where cell c begins, and the scatter moves it
+  // to where cell c ends, which is where cell c + 1 begins.
   const Span<std::uint32_t> start = workspace.cell_start.first(2 * cells + 1);
   for (std::uint32_t& count : start) count = 0;
   const auto cols = static_cast<std::size_t>((options.width + kCloudCellPx - 1) >> kCloudCellShift);
   for_each_kept(window.events, options, inside, kept,
                 [&](const Event& event) { ++start[cell_of(event, cols, cells) + 1]; });
-  std::uint32_t sum = 0;
-  for (std::size_t c = 1; c < start.size(); ++c) {
-    const std::uint32_t count = start[c];
-    start[c] = sum;
-    sum += count;
-  }
+  set_starts(start);
 
   const std::int64_t window_us = window.end_us - window.begin_us;
   const auto length_us = static_cast<float>(window_us);
