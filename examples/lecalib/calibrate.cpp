@@ -11,7 +11,7 @@
 #include "event_options.hpp"
 #include "lecalib/host/file_io.hpp"
 #include "lecalib/host/text.hpp"
-#include "lecalib/math/so3.hpp"
+#include "pose_option.hpp"
 
 namespace lecalib::command {
 namespace {
@@ -68,7 +68,13 @@ void run_calibrate(const CalibrateOptions& options) {
   if (options.events.empty() == options.observations.empty()) {
     fail({"calibrate needs either EVENTS or --observations FILE"});
   }
-  const auto way = options.observations.empty() ? &calibrate_events : &calibrate_observations;
+  if (!options.right.empty()) {
+    if (options.events.empty()) fail({"--right needs the left camera's EVENTS"});
+    if (!options.gyro.empty()) fail({"--gyro goes with one camera, not with --right"});
+  }
+  const auto way = !options.observations.empty() ? &calibrate_observations
+                   : !options.right.empty()      ? &calibrate_stereo
+                                                 : &calibrate_events;
   run_calibration(options,
                   [&](const host::Model& model, host::CalibrationReport* report) { way(options, model, report); });
 }
@@ -78,6 +84,11 @@ void add_inputs(CLI::App* command, CalibrateOptions* options) {
       ->add_option("EVENTS", options->events,
                    "Recordings of one camera: RAW, DAT, AEDAT, Event Stream or text (t x y p)")
       ->type_name("");
+  command
+      ->add_option("--right", options->right,
+                   "Recordings of a second camera, fixed to the one of EVENTS and on the same clock: both cameras and "
+                   "the pose between them; EVENTS are of the left one")
+      ->type_name("EVENTS...");
   command
       ->add_option("--observations", options->observations,
                    "Instead of EVENTS: points measured on model lines, CSV view,line,u_px,v_px[,sigma_px][,t_us]")
@@ -97,7 +108,7 @@ void add_hints(CLI::App* command, CalibrateOptions* options) {
       ->add_option("--hint-pose", options->hint_pose,
                    "Hint for EVENTS: from model to camera where the object is first seen, rotation vector (rad) and "
                    "translation (m), to about 20 degrees and a third of the distance")
-      ->type_name("RX,RY,RZ,TX,TY,TZ");
+      ->type_name(kPoseWords);
 }
 
 }  // namespace
@@ -123,16 +134,8 @@ MatchHints CalibrateOptions::hints() const {
   MatchHints hints;
   hints.focal_px = focal_px;
   if (!hint_pose.empty()) {
-    std::vector<double> values;
-    for (const host::Field& field : host::split(hint_pose, ',')) {
-      if (const auto number = host::parse_number(field.text)) values.push_back(*number);
-    }
-    if (values.size() != 6 || host::split(hint_pose, ',').size() != 6) {
-      fail({"--hint-pose: expected RX,RY,RZ,TX,TY,TZ, found " + host::quoted(hint_pose)});
-    }
     hints.has_pose = true;
-    hints.T_cam_world =
-        make_pose(so3_exp(Vec3(values[0], values[1], values[2])), Vec3(values[3], values[4], values[5]));
+    hints.T_cam_world = pose_of("--hint-pose", hint_pose);
   }
   return hints;
 }

@@ -23,6 +23,7 @@ inline constexpr const char* kGyroOfRecording = "recording";
 
 struct CalibrateOptions {
   std::vector<std::string> events;
+  std::vector<std::string> right;  ///< of a second camera; empty: there is none
   std::string observations;
   std::string model;
   std::string target;
@@ -72,6 +73,20 @@ class EventSource {
   [[nodiscard]] virtual std::uint64_t decode_cpu_ns() const = 0;
 };
 
+/// Opens recordings of one camera. Ends by fail() where they are of different sizes.
+std::vector<std::unique_ptr<EventSource>> open_recordings(const std::vector<std::string>& paths,
+                                                          const std::string& sensor);
+
+/// What one camera's calibrator must hold. Ends by fail() where the model has more lines than can be searched for.
+Capacities capacities_for(SensorSize sensor, const CalibrateOptions& options, const host::Model& model);
+
+/// The options of one camera's calibrator, without a gyro.
+MonoOptions mono_options(const CalibrateOptions& options);
+
+/// Adds what went through, and what was dropped. @param prefix of all names, to tell two cameras apart
+void report_counts(const std::vector<std::unique_ptr<EventSource>>& sources, const MonoStats& stats,
+                   const std::string& prefix, host::Diagnostics* diagnostics);
+
 /// From the events of all sources, one after the other, each window worked on as soon as it is full. Fills *report also
 /// when it ends by fail().
 void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, const CalibrateOptions& options,
@@ -82,5 +97,8 @@ void calibrate_observations(const CalibrateOptions& options, const host::Model& 
 
 /// From recordings. Fills *report also when it ends by fail().
 void calibrate_events(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report);
+
+/// From recordings of two cameras. Fills *report also when it ends by fail().
+void calibrate_stereo(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report);
 
 }  // namespace lecalib::command

@@ -40,21 +40,6 @@ class FileSource : public EventSource {
   EventFile file_;
 };
 
-std::vector<std::unique_ptr<EventSource>> open_all(const CalibrateOptions& options) {
-  std::vector<std::unique_ptr<EventSource>> files;
-  for (const std::string& path : options.events) {
-    files.push_back(std::make_unique<FileSource>(open_events(path, options.sensor)));
-    const SensorSize first = files.front()->sensor();
-    const SensorSize size = files.back()->sensor();
-    if (size.width != first.width || size.height != first.height) {
-      fail({"the sensor has " + host::to_string(size) + " px, that of " + options.events.front() + " has " +
-                host::to_string(first),
-            path});
-    }
-  }
-  return files;
-}
-
 /// Gives events to the calibrator, which works on each window as soon as it is full.
 /// @return false when it takes no more
 bool push_all(Span<const Event> events, MonoCalibrator* calibrator) {
@@ -67,41 +52,25 @@ bool push_all(Span<const Event> events, MonoCalibrator* calibrator) {
   return status == Status::ok;
 }
 
-void report_counts(const std::vector<std::unique_ptr<EventSource>>& sources, const MonoStats& stats,
-                   host::Diagnostics* diagnostics) {
-  DecoderStats decoded;
-  std::uint64_t decode_ns = 0;
-  for (const auto& source : sources) {
-    add_counts(source->stats(), &decoded);
-    decode_ns += source->decode_cpu_ns();
-  }
-  diagnostics->counts = {{"events", decoded.events},
-                         {"windows", stats.windows.windows},
-                         {"lines", stats.lines},
-                         {"windows_kept", stats.windows_kept},
-                         {"windows_matched", stats.windows_matched},
-                         {"matches", stats.matches},
-                         {"turns", stats.turns}};
-  if (stats.edges_used) {
-    diagnostics->counts.push_back(
-        {"edges", stats.edges.lines - stats.edges.without_edge - stats.edges.blurred - stats.edges.faint});
-    diagnostics->counts.push_back({"flanks", stats.edges.flanks});
-  }
-  diagnostics->dropped = {
-      {"events_outside", decoded.outside},         {"events_unplaced", decoded.unplaced},
-      {"events_backward", stats.windows.backward}, {"events_thinned", stats.windows.thinned + stats.thinned},
-      {"events_cut", stats.windows.cut},           {"lines", stats.lines_dropped},
-      {"crossings", stats.crossings_dropped}};
-  diagnostics->cpu_ms.push_back({"decode", to_milliseconds(decode_ns)});
-  for (std::size_t i = 0; i < kNumDetectorStages; ++i) {
-    diagnostics->cpu_ms.push_back({to_string(static_cast<DetectorStage>(i)), to_milliseconds(stats.stage_ns[i])});
-  }
-}
-
 }  // namespace
 
-void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, const CalibrateOptions& options,
-                    const host::Model& model, host::CalibrationReport* report) {
+std::vector<std::unique_ptr<EventSource>> open_recordings(const std::vector<std::string>& paths,
+                                                          const std::string& sensor) {
+  std::vector<std::unique_ptr<EventSource>> files;
+  for (const std::string& path : paths) {
+    files.push_back(std::make_unique<FileSource>(open_events(path, sensor)));
+    const SensorSize first = files.front()->sensor();
+    const SensorSize size = files.back()->sensor();
+    if (size.width != first.width || size.height != first.height) {
+      fail({"the sensor has " + host::to_string(size) + " px, that of " + paths.front() + " has " +
+                host::to_string(first),
+            path});
+    }
+  }
+  return files;
+}
+
+Capacities capacities_for(SensorSize sensor, const CalibrateOptions& options, const host::Model& model) {
   if (model.lines.size() > kMaxModelLines) {
     fail({"expected at most " + std::to_string(kMaxModelLines) + " lines to search a recording for, the model has " +
               std::to_string(model.lines.size()),
@@ -110,13 +79,61 @@ void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, co
   Capacities capacities;
   capacities.events_per_window = kMaxWindowEvents;
   capacities.model_lines = std::max(capacities.model_lines, static_cast<std::uint32_t>(model.lines.size()));
-  capacities.sensor_width = sources.front()->sensor().width;
-  capacities.sensor_height = sources.front()->sensor().height;
+  capacities.sensor_width = sensor.width;
+  capacities.sensor_height = sensor.height;
+  return capacities;
+}
+
+MonoOptions mono_options(const CalibrateOptions& options) {
   MonoOptions mono;
   options.apply(&mono.solver);
   mono.matcher.hints = options.hints();
   mono.use_edges = !options.lines_only;
   mono.detector.clock_ns = &thread_cpu_ns;
+  return mono;
+}
+
+void report_counts(const std::vector<std::unique_ptr<EventSource>>& sources, const MonoStats& stats,
+                   const std::string& prefix, host::Diagnostics* diagnostics) {
+  DecoderStats decoded;
+  std::uint64_t decode_ns = 0;
+  for (const auto& source : sources) {
+    add_counts(source->stats(), &decoded);
+    decode_ns += source->decode_cpu_ns();
+  }
+  const auto add = [&prefix](std::vector<host::NamedCount>* to, const char* name, std::uint64_t value) {
+    to->push_back({prefix + name, value});
+  };
+  add(&diagnostics->counts, "events", decoded.events);
+  add(&diagnostics->counts, "windows", stats.windows.windows);
+  add(&diagnostics->counts, "lines", stats.lines);
+  add(&diagnostics->counts, "windows_kept", stats.windows_kept);
+  add(&diagnostics->counts, "windows_matched", stats.windows_matched);
+  add(&diagnostics->counts, "matches", stats.matches);
+  add(&diagnostics->counts, "turns", stats.turns);
+  if (stats.edges_used) {
+    add(&diagnostics->counts, "edges",
+        stats.edges.lines - stats.edges.without_edge - stats.edges.blurred - stats.edges.faint);
+    add(&diagnostics->counts, "flanks", stats.edges.flanks);
+  }
+  add(&diagnostics->dropped, "events_outside", decoded.outside);
+  add(&diagnostics->dropped, "events_unplaced", decoded.unplaced);
+  add(&diagnostics->dropped, "events_backward", stats.windows.backward);
+  add(&diagnostics->dropped, "events_thinned", stats.windows.thinned + stats.thinned);
+  add(&diagnostics->dropped, "events_cut", stats.windows.cut);
+  add(&diagnostics->dropped, "lines", stats.lines_dropped);
+  add(&diagnostics->dropped, "crossings", stats.crossings_dropped);
+  diagnostics->cpu_ms.push_back({prefix + "decode", to_milliseconds(decode_ns)});
+  for (std::size_t i = 0; i < kNumDetectorStages; ++i) {
+    diagnostics->cpu_ms.push_back(
+        {prefix + to_string(static_cast<DetectorStage>(i)), to_milliseconds(stats.stage_ns[i])});
+  }
+}
+
+void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, const CalibrateOptions& options,
+                    const host::Model& model, host::CalibrationReport* report) {
+  const Capacities capacities = capacities_for(sources.front()->sensor(), options, model);
+  MonoOptions mono = mono_options(options);
   std::vector<GyroSample> gyro;
   if (options.gyro == kGyroOfRecording) {
     gyro = take(host::read_gyro_of_recording(options.events.front(), sensor_size(options.sensor)));
@@ -144,7 +161,7 @@ void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, co
   Progress progress("matching and solving");
   while (calibrator.step() == Status::in_progress) progress.update(static_cast<double>(calibrator.progress()));
 
-  report_counts(sources, calibrator.stats(), &report->diagnostics);
+  report_counts(sources, calibrator.stats(), "", &report->diagnostics);
   report->diagnostics.cpu_ms.push_back({"match_and_solve", to_milliseconds(thread_cpu_ns() - begin_ns)});
   CalibrationResult result;
   result.status = calibrator.result(&result);
@@ -153,7 +170,7 @@ void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, co
 }
 
 void calibrate_events(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report) {
-  const std::vector<std::unique_ptr<EventSource>> files = open_all(options);
+  const std::vector<std::unique_ptr<EventSource>> files = open_recordings(options.events, options.sensor);
   report->diagnostics.inputs.insert(report->diagnostics.inputs.end(), options.events.begin(), options.events.end());
   calibrate_from(files, options, model, report);
 }

@@ -12,13 +12,14 @@
 #include "lecalib/host/sensor_size.hpp"
 #include "lecalib/host/simulator.hpp"
 #include "lecalib/math/trigonometry.hpp"
+#include "pose_option.hpp"
 #include "progress.hpp"
 
 namespace lecalib::command {
 namespace {
 
 struct SimulateArguments {
-  std::string target, sensor = "346x260", out, motion = "shake";
+  std::string target, sensor = "346x260", out, motion = "shake", right_at;
   double fov_deg = 60;
   std::optional<double> fx, fy, cx, cy;
   host::SimulatorOptions options;
@@ -44,6 +45,19 @@ host::Motion motion_named(std::string_view name) {
   return name == "rotate" ? host::Motion::rotate : host::Motion::shake;
 }
 
+void simulate_into(const std::string& folder, const std::string& target, const host::SimulatorOptions& options) {
+  Progress progress("simulating");
+  const host::Recording recording = take(host::simulate(target, options, [&](double done) { progress.update(done); }));
+  check(host::write_recording(recording, folder));
+  const host::SensorStats& stats = recording.stats;
+  std::printf("%zu events in %.3f s (%" PRIu64 " noise, %" PRIu64 " from hot pixels), %zu model lines\n",
+              recording.events.size(), options.duration_s, stats.noise_events, stats.hot_events,
+              recording.model.lines.size());
+  for (const char* file : {"events.raw", "model.txt", "truth.json"}) {
+    std::printf("%s/%s\n", folder.c_str(), file);
+  }
+}
+
 void run_simulate(const SimulateArguments& arguments) {
   constexpr std::string_view kFile = "file:";
   const std::string model_out = arguments.out + "/model.txt";
@@ -53,17 +67,18 @@ void run_simulate(const SimulateArguments& arguments) {
   host::SimulatorOptions options = arguments.options;
   options.motion = motion_named(arguments.motion);
   options.camera = true_camera(arguments);
-  Progress progress("simulating");
-  const host::Recording recording =
-      take(host::simulate(arguments.target, options, [&](double done) { progress.update(done); }));
-  check(host::write_recording(recording, arguments.out));
-  const host::SensorStats& stats = recording.stats;
-  std::printf("%zu events in %.3f s (%" PRIu64 " noise, %" PRIu64 " from hot pixels), %zu model lines\n",
-              recording.events.size(), options.duration_s, stats.noise_events, stats.hot_events,
-              recording.model.lines.size());
-  for (const char* file : {"events.raw", "model.txt", "truth.json"}) {
-    std::printf("%s/%s\n", arguments.out.c_str(), file);
+  if (arguments.right_at.empty()) {
+    simulate_into(arguments.out, arguments.target, options);
+    return;
   }
+  options.rig.push_back(pose_of("--right-at", arguments.right_at));
+  for (const char* side : {"left", "right"}) {
+    simulate_into(arguments.out + "/" + side, arguments.target, options);
+    ++options.rig_camera;
+  }
+  const std::string truth_out = arguments.out + "/stereo.json";
+  check(host::write_file(truth_out, host::stereo_truth_json(options.rig.back())));
+  std::printf("%s\n", truth_out.c_str());
 }
 
 /// One number with its default in --help.
@@ -129,6 +144,11 @@ void add_simulate(CLI::App& app) {
       ->type_name("SPEC")
       ->required();
   command->add_option("--out", arguments->out, "Folder to write to; made if missing")->type_name("DIR")->required();
+  command
+      ->add_option("--right-at", arguments->right_at,
+                   "A second camera of the same kind, fixed to the first one: T_right_left, rotation vector (rad) and "
+                   "translation (m); the two recordings go to DIR/left and DIR/right")
+      ->type_name(kPoseWords);
   add_motion_options(command, arguments.get());
   add_camera_options(command, arguments.get());
   add_sensor_options(command, &options.sensor);

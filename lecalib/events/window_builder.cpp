@@ -101,8 +101,14 @@ bool WindowBuilder::ends_before(std::int64_t t_us, std::int64_t* end_us) const n
   return options_.max_events > 0 && received_ >= options_.max_events && t_us > latest_us_;
 }
 
+std::int64_t WindowBuilder::first_begin_us(std::int64_t t_us) const noexcept {
+  if (!options_.on_grid || options_.length_us == 0) return t_us;
+  const std::int64_t after = t_us % options_.length_us;
+  return after < 0 ? t_us - after - options_.length_us : t_us - after;
+}
+
 void WindowBuilder::open(std::int64_t t_us) noexcept {
-  begin_us_ = has_clock_ ? next_begin_us_ : t_us;
+  begin_us_ = has_clock_ ? next_begin_us_ : first_begin_us(t_us);
   if (t_us > begin_us_) {
     if (options_.length_us == 0) {
       begin_us_ = t_us;

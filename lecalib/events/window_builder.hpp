@@ -18,6 +18,9 @@ struct WindowOptions {
   /// Of a window of length_us at most so many events per second are kept, so that what follows keeps up with sensors
   /// that send more; 0: as many as the storage holds.
   std::uint32_t max_rate_per_s = 0;
+  /// A first window, of length_us, begins at a multiple of length_us, so that those of several sensors on one clock lie
+  /// on one grid.
+  bool on_grid = false;
 };
 
 /// Counts since init().
@@ -34,9 +37,9 @@ struct WindowStats {
 
 /// Cuts a stream of events into windows [begin_us, end_us) that lie end to end.
 ///
-/// By time: the first window begins with the first event; lengths without an event are passed over, keeping the
-/// rhythm. By count: a window ends after the last event of the microsecond in which it received max_events. By both:
-/// whichever comes first. By count alone a window begins with its first event.
+/// By time: the first window begins with the first event, or on a grid; lengths without an event are passed over,
+/// keeping the rhythm. By count: a window ends after the last event of the microsecond in which it received max_events.
+/// By both: whichever comes first. By count alone a window begins with its first event.
 ///
 /// A window that receives more events than the storage holds, or than max_rate_per_s grants it, is thinned evenly: of
 /// each 2^k successive events one, chosen at random (from a fixed seed), is kept, and k grows by one whenever the room
@@ -76,6 +79,7 @@ class WindowBuilder {
 
  private:
   void open(std::int64_t t_us) noexcept;
+  [[nodiscard]] std::int64_t first_begin_us(std::int64_t t_us) const noexcept;
   void close(std::int64_t end_us, EventWindow* window) noexcept;
   /// Adds events as long as they come in order, fall into the open window and are all kept, as most do.
   /// @return whether one is left, which asks for more than that

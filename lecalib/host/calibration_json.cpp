@@ -22,6 +22,14 @@ void write_named(JsonWriter* json, const char* name, const std::vector<Named>& v
   json->end();
 }
 
+void write_covariance(JsonWriter* json, const std::vector<double>& values, std::size_t rows) {
+  if (values.size() != rows * rows) return;
+  json->key("covariance");
+  json->begin_array();
+  for (std::size_t row = 0; row < rows; ++row) json->numbers(Span<const double>(values).subspan(row * rows, rows));
+  json->end();
+}
+
 void write_camera(JsonWriter* json, const CameraReport& report) {
   json->begin_object();
   json->member("name", report.name);
@@ -35,14 +43,30 @@ void write_camera(JsonWriter* json, const CameraReport& report) {
   json->end();
   json->member("rms_px", report.rms_px);
   write_strings(json, "assumed", report.assumed);
-  if (report.covariance.size() == kNumIntrinsics * kNumIntrinsics) {
-    json->key("covariance");
-    json->begin_array();
-    const Span<const double> all(report.covariance);
-    for (std::size_t row = 0; row < kNumIntrinsics; ++row)
-      json->numbers(all.subspan(row * kNumIntrinsics, kNumIntrinsics));
-    json->end();
-  }
+  write_covariance(json, report.covariance, kNumIntrinsics);
+  json->end();
+}
+
+void write_pose_sigma(JsonWriter* json, const std::array<double, 6>& sigma, const char* translation) {
+  json->key("sigma");
+  json->begin_object(Layout::one_line);
+  json->key("rotation_rad");
+  json->numbers(Span<const double>(sigma.data(), 3));
+  json->key(translation);
+  json->numbers(Span<const double>(sigma.data() + 3, 3));
+  json->end();
+}
+
+void write_stereo(JsonWriter* json, const StereoReport& stereo) {
+  json->begin_object();
+  json->key("R_right_left");
+  json->numbers(stereo.T_right_left.R);
+  json->key("T_right_left_m");
+  json->numbers(stereo.T_right_left.t);
+  write_pose_sigma(json, stereo.sigma, "T_right_left_m");
+  json->member("baseline_m", stereo.baseline_m);
+  json->member("baseline_sigma_m", stereo.baseline_sigma_m);
+  write_covariance(json, stereo.covariance, stereo.sigma.size());
   json->end();
 }
 
@@ -56,8 +80,10 @@ void write_line(JsonWriter* json, const LineReport& line) {
   json->end();
 }
 
-void write_view(JsonWriter* json, const ViewReport& view) {
+/// @param of_pair says which camera has seen the view
+void write_view(JsonWriter* json, const ViewReport& view, bool of_pair) {
   json->begin_object();
+  if (of_pair) json->member("camera", view.camera);
   if (!view.label.empty()) json->member("name", view.label);
   json->member("t_us", view.t_us);
   json->key("R_cam_world");
@@ -66,13 +92,7 @@ void write_view(JsonWriter* json, const ViewReport& view) {
   json->numbers(view.T_cam_world.t);
   json->member("lines", view.lines);
   json->member("rms_px", view.rms_px);
-  json->key("sigma");
-  json->begin_object(Layout::one_line);
-  json->key("rotation_rad");
-  json->numbers(Span<const double>(view.sigma.data(), 3));
-  json->key("t_cam_world_m");
-  json->numbers(Span<const double>(view.sigma.data() + 3, 3));
-  json->end();
+  write_pose_sigma(json, view.sigma, "t_cam_world_m");
   json->key("line_residuals");
   json->begin_array();
   for (const LineReport& line : view.line_residuals) write_line(json, line);
@@ -136,10 +156,14 @@ std::string calibration_json(const CalibrationReport& report) {
   for (const CameraReport& camera : report.cameras) write_camera(&json, camera);
   json.end();
   json.key("stereo");
-  json.null();
+  if (report.stereo) {
+    write_stereo(&json, *report.stereo);
+  } else {
+    json.null();
+  }
   json.key("views");
   json.begin_array();
-  for (const ViewReport& view : report.views) write_view(&json, view);
+  for (const ViewReport& view : report.views) write_view(&json, view, report.stereo.has_value());
   json.end();
   json.key("diagnostics");
   write_diagnostics(&json, report.diagnostics);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lecalib/host/rotation_vector.hpp"
 #include "lecalib/host/text.hpp"
 
 namespace lecalib::host {
@@ -41,6 +42,25 @@ std::string parameter_text(const CameraReport& entry, std::size_t i) {
   return line + "\n";
 }
 
+std::string value_text(double value, double sigma) {
+  const int digits = decimals(sigma);
+  return fixed(value, digits) + " +- " + fixed(sigma, digits);
+}
+
+std::string stereo_text(const StereoReport& stereo) {
+  constexpr double kDegrees = 57.29577951308232;
+  constexpr double kMillimetres = 1e3;
+  const std::array<double, 3> turn = rotation_vector(stereo.T_right_left.R);
+  std::string text = "from left to right: x_right = R x_left + T\n  R as a vector, degrees:";
+  for (std::size_t i = 0; i < 3; ++i) text += "  " + value_text(kDegrees * turn[i], kDegrees * stereo.sigma[i]);
+  text += "\n  T, mm:";
+  for (std::size_t i = 0; i < 3; ++i) {
+    text += "  " + value_text(kMillimetres * stereo.T_right_left.t[i], kMillimetres * stereo.sigma[3 + i]);
+  }
+  return text + "\n  baseline " + value_text(kMillimetres * stereo.baseline_m, kMillimetres * stereo.baseline_sigma_m) +
+         " mm\n";
+}
+
 /// What is known of the intrinsic that a refusal is about: " (420.8 with one sigma of 8.0 px)".
 std::string uncertainty(const CalibrationResult& result) {
   if (result.parameter >= kNumIntrinsics || !(result.sigma[result.parameter] > 0)) return "";
@@ -53,23 +73,25 @@ std::string uncertainty(const CalibrationResult& result) {
 }  // namespace
 
 void add_result(const CalibrationResult& result, Span<const View> views, const std::vector<std::string>& view_names,
-                const std::vector<std::string>& line_names, CalibrationReport* report) {
+                const std::vector<std::string>& line_names, CalibrationReport* report, const std::string& camera_name) {
   report->status = result.status;
   Diagnostics& diagnostics = report->diagnostics;
   diagnostics.reason = explanation(result);
-  diagnostics.counts.push_back({"views", views.size()});
-  diagnostics.counts.push_back({"views_left_out", result.views_left_out});
-  diagnostics.counts.push_back({kLinesLeftOut, result.lines_left_out});
-  diagnostics.counts.push_back({"points", result.points});
-  diagnostics.counts.push_back({"points_lost", result.points_lost});
-  diagnostics.numbers.push_back({"rms_px", result.rms_px});
-  diagnostics.numbers.push_back({"chi2_per_dof", result.chi2_per_dof});
-  diagnostics.numbers.push_back({"condition", result.condition});
-  diagnostics.numbers.push_back({"iterations", static_cast<double>(result.iterations)});
+  const std::string prefix = camera_name.empty() ? "" : camera_name + ".";
+  diagnostics.counts.push_back({prefix + "views", views.size()});
+  diagnostics.counts.push_back({prefix + "views_left_out", result.views_left_out});
+  diagnostics.counts.push_back({prefix + kLinesLeftOut, result.lines_left_out});
+  diagnostics.counts.push_back({prefix + "points", result.points});
+  diagnostics.counts.push_back({prefix + "points_lost", result.points_lost});
+  diagnostics.numbers.push_back({prefix + "rms_px", result.rms_px});
+  diagnostics.numbers.push_back({prefix + "chi2_per_dof", result.chi2_per_dof});
+  diagnostics.numbers.push_back({prefix + "condition", result.condition});
+  diagnostics.numbers.push_back({prefix + "iterations", static_cast<double>(result.iterations)});
   diagnostics.stopped_by = to_string(result.reason);
   if (result.status != Status::ok) return;
 
   CameraReport camera;
+  if (!camera_name.empty()) camera.name = camera_name;
   camera.camera = result.camera;
   std::copy(result.sigma, result.sigma + kNumIntrinsics, camera.sigma.begin());
   camera.covariance.assign(result.covariance, result.covariance + kNumIntrinsics * kNumIntrinsics);
@@ -82,7 +104,7 @@ void add_result(const CalibrationResult& result, Span<const View> views, const s
     const ViewResult& view = result.views[i];
     if (!view.used) continue;
     const std::string label = view_names.empty() ? std::string() : view_names[i];
-    ViewReport entry{label, views[i].t_us, view.T_cam_world, view.lines, view.rms_px, {}, {}};
+    ViewReport entry{camera.name, label, views[i].t_us, view.T_cam_world, view.lines, view.rms_px, {}, {}};
     for (std::size_t k = 0; k < entry.sigma.size(); ++k) entry.sigma[k] = std::sqrt(view.covariance[7 * k]);
     for (const ViewLineResult& line : view.residuals) {
       entry.line_residuals.push_back({line_names[line.line], line.points, static_cast<double>(line.mean_px),
@@ -169,14 +191,18 @@ std::string calibration_text(const CalibrationReport& report) {
     for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
       if (kHasIntrinsic[model][i]) text += parameter_text(entry, i);
     }
-    text += "  rms " + fixed(entry.rms_px, 3) + " px over " + std::to_string(report.views.size()) + " views\n";
+    const auto views = std::count_if(report.views.begin(), report.views.end(),
+                                     [&entry](const ViewReport& view) { return view.camera == entry.name; });
+    text += "  rms " + fixed(entry.rms_px, 3) + " px over " + std::to_string(views) + " views\n";
     if (!entry.assumed.empty()) text += "  assumed: " + joined(entry.assumed) + "\n";
-  }
-  for (const NamedCount& count : report.diagnostics.counts) {
-    if (count.name == kLinesLeftOut && count.value > 0) {
-      text += "  left out, as they do not fit the others: " + std::to_string(count.value) + " lines\n";
+    const std::string count_name = (report.cameras.size() > 1 ? entry.name + "." : "") + kLinesLeftOut;
+    for (const NamedCount& count : report.diagnostics.counts) {
+      if (count.name == count_name && count.value > 0) {
+        text += "  left out, as they do not fit the others: " + std::to_string(count.value) + " lines\n";
+      }
     }
   }
+  if (report.stereo) text += stereo_text(*report.stereo);
   return text;
 }
 

@@ -11,6 +11,7 @@
 #include "lecalib/core/records.hpp"
 #include "lecalib/core/status.hpp"
 #include "lecalib/pipeline/coverage.hpp"
+#include "lecalib/pipeline/stereo_calibrator.hpp"
 #include "lecalib/solve/calibration_result.hpp"
 
 namespace lecalib::host {
@@ -36,7 +37,8 @@ struct LineReport {
 };
 
 struct ViewReport {
-  std::string label;  ///< the view's name in a list of observations; may be empty
+  std::string camera = "camera";  ///< CameraReport::name of the one that saw it
+  std::string label;              ///< the view's name in a list of observations; may be empty
   std::int64_t t_us = 0;
   Pose T_cam_world;
   std::uint32_t lines = 0;
@@ -67,10 +69,20 @@ struct Diagnostics {
   std::optional<Coverage> coverage;  ///< of a recording: what was seen, and what is missing
 };
 
+/// How two cameras stand to each other.
+struct StereoReport {
+  Pose T_right_left;                 ///< x_right = T_right_left x_left
+  std::array<double, 6> sigma = {};  ///< one sigma: of turns about the right camera's axes, rad, and of t, metres
+  std::vector<double> covariance;    ///< of the same, 6 x 6 row-major; may be empty
+  double baseline_m = 0;             ///< distance of the two centres of projection
+  double baseline_sigma_m = 0;       ///< its one sigma
+};
+
 /// status ok: at least one camera. Otherwise cameras and views are empty and diagnostics.reason says why.
 struct CalibrationReport {
   Status status = Status::ok;
-  std::vector<CameraReport> cameras;
+  std::vector<CameraReport> cameras;   ///< of a pair the left one first
+  std::optional<StereoReport> stereo;  ///< of a pair
   std::vector<ViewReport> views;
   Diagnostics diagnostics;
 };
@@ -79,8 +91,14 @@ struct CalibrationReport {
 /// @param views       the views given to the solver, for their times; as many as result.views
 /// @param view_names  their labels, or empty
 /// @param line_names  of the model's lines
+/// @param camera_name of one of several cameras: "left", say, which its counts and figures are then told apart by
 void add_result(const CalibrationResult& result, Span<const View> views, const std::vector<std::string>& view_names,
-                const std::vector<std::string>& line_names, CalibrationReport* report);
+                const std::vector<std::string>& line_names, CalibrationReport* report,
+                const std::string& camera_name = {});
+
+/// Takes over what a pair of cameras came to: both of them, how they stand to each other, and why.
+void add_stereo_result(const StereoCalibrator& calibrator, const std::vector<std::string>& line_names,
+                       CalibrationReport* report);
 
 /// Takes over what was seen of a recording, after add_result(). The reason of a refusal that more data would mend then
 /// says what is missing.
@@ -101,6 +119,7 @@ std::string calibration_json(const CalibrationReport& report);
 
 /// The first camera in the layout of OpenCV's calibration sample, for cv::FileStorage: camera_matrix,
 /// distortion_coefficients (k1 k2 p1 p2 k3), extrinsic_parameters (one row rvec | tvec per view, world to camera), ...
+/// Of a pair also what OpenCV's stereo sample has in its two files: M1 D1 M2 D2 and R T, from left to right.
 /// OpenCV knows Brown's model alone: of another one the Brown coefficients nearest to it over the image are written,
 /// and a comment says so and how far they are off. It has no calibration_time: the same input gives the same bytes.
 std::string calibration_opencv_yaml(const CalibrationReport& report);

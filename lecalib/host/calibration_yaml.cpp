@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "lecalib/host/calibration_report.hpp"
+#include "lecalib/host/rotation_vector.hpp"
 #include "lecalib/host/text.hpp"
 #include "lecalib/math/distortion_fit.hpp"
 
@@ -26,59 +27,51 @@ std::string matrix(const char* name, std::size_t rows, std::size_t columns, cons
   return text + " ]\n";
 }
 
-/// Rotation vector of a rotation matrix, |w| <= pi: through the quaternion whose largest part comes first, so that
-/// neither small angles nor angles near pi lose digits.
-std::array<double, 3> rotation_vector(const double* R) {
-  const auto r = [R](int row, int column) { return R[3 * row + column]; };
-  const double trace = r(0, 0) + r(1, 1) + r(2, 2);
-  const std::array<double, 4> squares = {1 + trace, 1 + 2 * r(0, 0) - trace, 1 + 2 * r(1, 1) - trace,
-                                         1 + 2 * r(2, 2) - trace};
-  std::array<double, 4> q{};  // w x y z, not normalised
-  switch (std::max_element(squares.begin(), squares.end()) - squares.begin()) {
-    case 0: q = {squares[0], r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1)}; break;
-    case 1: q = {r(2, 1) - r(1, 2), squares[1], r(0, 1) + r(1, 0), r(0, 2) + r(2, 0)}; break;
-    case 2: q = {r(0, 2) - r(2, 0), r(0, 1) + r(1, 0), squares[2], r(1, 2) + r(2, 1)}; break;
-    default: q = {r(1, 0) - r(0, 1), r(0, 2) + r(2, 0), r(1, 2) + r(2, 1), squares[3]}; break;
-  }
-  const double sign = q[0] < 0 ? -1 : 1;
-  const double sine = std::sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  const double angle = 2 * std::atan2(sine, sign * q[0]);
-  const double scale = sine > 0 ? sign * angle / sine : 0;
-  return {q[1] * scale, q[2] * scale, q[3] * scale};
-}
-
-}  // namespace
-
-std::string calibration_opencv_yaml(const CalibrationReport& report) {
-  const CameraReport entry = report.cameras.empty() ? CameraReport() : report.cameras.front();
+std::string camera_text(const CameraReport& entry, const char* matrix_name, const char* distortion_name) {
   const double radius = image_radius(entry.camera);
   const Camera c = in_model(entry.camera, DistortionModel::brown, radius, 3);
-  std::vector<double> view_rms;
-  std::vector<double> extrinsics;
-  for (const ViewReport& view : report.views) {
-    const std::array<double, 3> w = rotation_vector(view.T_cam_world.R);
-    extrinsics.insert(extrinsics.end(), w.begin(), w.end());
-    extrinsics.insert(extrinsics.end(), view.T_cam_world.t, view.T_cam_world.t + 3);
-    view_rms.push_back(view.rms_px);
-  }
-  std::string text = "%YAML:1.0\n---\n";
-  text += "nframes: " + std::to_string(report.views.size()) + "\n";
-  text += "image_width: " + std::to_string(c.width) + "\n";
-  text += "image_height: " + std::to_string(c.height) + "\n";
-  text += matrix("camera_matrix", 3, 3, {c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1});
+  std::string text = matrix(matrix_name, 3, 3, {c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1});
   if (entry.camera.model != DistortionModel::brown) {
     text += std::string("# the camera's model is '") +
             kDistortionModelNames[static_cast<std::size_t>(entry.camera.model)] +
             "', which OpenCV does not have: Brown's coefficients nearest to it, off by " +
             fixed(largest_difference_px(entry.camera, c, radius), 3) + " px at most within the image\n";
   }
-  text += matrix("distortion_coefficients", 5, 1, {c.k1, c.k2, c.p1, c.p2, c.k3});
+  return text + matrix(distortion_name, 5, 1, {c.k1, c.k2, c.p1, c.p2, c.k3});
+}
+
+/// What the files of OpenCV's stereo sample hold: x2 = R x1 + T, camera 1 being the left one.
+std::string pair_text(const CalibrationReport& report) {
+  const Pose& pose = report.stereo->T_right_left;
+  return camera_text(report.cameras[0], "M1", "D1") + camera_text(report.cameras[1], "M2", "D2") +
+         matrix("R", 3, 3, {pose.R, pose.R + 9}) + matrix("T", 3, 1, {pose.t, pose.t + 3});
+}
+
+}  // namespace
+
+std::string calibration_opencv_yaml(const CalibrationReport& report) {
+  const CameraReport entry = report.cameras.empty() ? CameraReport() : report.cameras.front();
+  std::vector<double> view_rms;
+  std::vector<double> extrinsics;
+  for (const ViewReport& view : report.views) {
+    if (view.camera != entry.name) continue;
+    const std::array<double, 3> w = rotation_vector(view.T_cam_world.R);
+    extrinsics.insert(extrinsics.end(), w.begin(), w.end());
+    extrinsics.insert(extrinsics.end(), view.T_cam_world.t, view.T_cam_world.t + 3);
+    view_rms.push_back(view.rms_px);
+  }
+  std::string text = "%YAML:1.0\n---\n";
+  text += "nframes: " + std::to_string(view_rms.size()) + "\n";
+  text += "image_width: " + std::to_string(entry.camera.width) + "\n";
+  text += "image_height: " + std::to_string(entry.camera.height) + "\n";
+  text += camera_text(entry, "camera_matrix", "distortion_coefficients");
   text += "avg_reprojection_error: " + real(entry.rms_px) + "\n";
-  if (!report.views.empty()) {
+  if (!view_rms.empty()) {
     text += matrix("per_view_reprojection_errors", view_rms.size(), 1, view_rms);
     text += "# one row per view: rotation vector and translation (metres), world to camera\n";
-    text += matrix("extrinsic_parameters", report.views.size(), 6, extrinsics);
+    text += matrix("extrinsic_parameters", view_rms.size(), 6, extrinsics);
   }
+  if (report.stereo && report.cameras.size() == 2) text += pair_text(report);
   return text;
 }
 

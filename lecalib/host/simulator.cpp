@@ -35,6 +35,7 @@ MaybeError check(const SimulatorOptions& o) {
   if (!(o.speed > 0 && o.speed <= 100)) return Error{"the speed must be above 0 and at most 100"};
   if (o.start_us < 0 || o.start_us > kMaxStartUs) return Error{"the start time must be 0 to 1e15 us"};
   if (!(o.pose_rate_hz >= 10 && o.pose_rate_hz <= 1e4)) return Error{"the truth's pose rate must be 10 to 10000 Hz"};
+  if (o.rig_camera >= o.rig.size()) return Error{"the camera that records must be one of the rig's"};
   if (o.views < 2 || o.views > 1000) return Error{"the truth must have 2 to 1000 views"};
   if (!(s.threshold >= 0.05 && s.threshold <= 2)) return Error{"the threshold must be 0.05 to 2"};
   if (!(s.bandwidth_hz >= 1 && s.bandwidth_hz <= 1e6)) return Error{"the bandwidth must be 1 to 1e6 Hz"};
@@ -84,16 +85,16 @@ Result<Recording> simulate(std::string_view target, const SimulatorOptions& opti
   const Result<Scene> scene = make_scene(target, model.value());
   if (!scene.ok()) return scene.error();
   const Camera& camera = options.camera;
-  const Result<Trajectory> made = Trajectory::make(scene.value(), model.value(), camera, options.motion, options.speed,
-                                                   options.duration_s, options.seed);
+  const Result<Trajectory> made = Trajectory::make(scene.value(), model.value(), camera, options.rig, options.motion,
+                                                   options.speed, options.duration_s, options.seed);
   if (!made.ok()) return made.error();
-  const Trajectory& trajectory = made.value();
+  const Trajectory trajectory = made.value().seen_from(options.rig[options.rig_camera]);
 
   Recording recording;
   recording.target = std::string(target);
   recording.options = options;
   Renderer renderer(scene.value(), camera);
-  EventSensor sensor(camera.width, camera.height, options.sensor, options.seed);
+  EventSensor sensor(camera.width, camera.height, options.sensor, options.seed + options.rig_camera);
   renderer.render(trajectory.at(0));
   sensor.start(renderer.radiance());
   for (double t_s = 0; t_s < options.duration_s;) {

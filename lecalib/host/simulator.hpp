@@ -18,6 +18,10 @@ namespace lecalib::host {
 
 struct SimulatorOptions {
   Camera camera;  ///< the true one: size, fx, fy > 0, centre, distortion
+  /// Cameras that are fixed to each other: where each of them is, T_camera_rig. What moves is the rig; it keeps so far
+  /// away that each of them, all taken to have the lens of `camera`, sees the whole target.
+  std::vector<Pose> rig = {Pose()};
+  std::size_t rig_camera = 0;  ///< the one that records, < rig.size(); it has noise of its own
   Motion motion = Motion::shake;
   double speed = 1.0;       ///< factor on the motion's frequencies, (0, 100]
   double duration_s = 1.0;  ///< (0, 600]
@@ -63,5 +67,8 @@ Result<Recording> simulate(std::string_view target, const SimulatorOptions& opti
 
 /// Writes events.raw (EVT3), model.txt and truth.json into `folder`, which is made when missing.
 MaybeError write_recording(const Recording& recording, const std::string& folder);
+
+/// Truth of a pair: R_right_left, t_right_left (metres) and baseline_m.
+std::string stereo_truth_json(const Pose& T_right_left);
 
 }  // namespace lecalib::host

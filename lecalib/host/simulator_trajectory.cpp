@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/host/simulator_trajectory.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "lecalib/core/rng.hpp"
@@ -47,8 +48,8 @@ constexpr double kViewInterval = 0.02;  ///< s, between the poses at which the v
 
 }  // namespace
 
-Result<Trajectory> Trajectory::make(const Scene& scene, const Model& model, const Camera& camera, Motion motion,
-                                    double speed, double duration_s, std::uint64_t seed) {
+Result<Trajectory> Trajectory::make(const Scene& scene, const Model& model, const Camera& camera, Span<const Pose> rig,
+                                    Motion motion, double speed, double duration_s, std::uint64_t seed) {
   Trajectory trajectory;
   trajectory.center_ = scene.center;
   trajectory.view_from_ = scene.view_from;
@@ -58,10 +59,19 @@ Result<Trajectory> Trajectory::make(const Scene& scene, const Model& model, cons
   for (const ModelLine& line : model.lines) radius = std::max(radius, (Vec3(line.p) - scene.center).norm());
   trajectory.distance_ = 1.1 * radius;
   for (int i = 0; i < kMaxRangeSteps; ++i) {
-    if (trajectory.sees_all(model, camera, duration_s)) return trajectory;
+    const bool all_see_it = std::all_of(rig.begin(), rig.end(), [&](const Pose& T_camera_rig) {
+      return trajectory.seen_from(T_camera_rig).sees_all(model, camera, duration_s);
+    });
+    if (all_see_it) return trajectory;
     trajectory.distance_ *= kRangeStep;
   }
   return Error{"this lens never sees the whole target: no distance fits"};
+}
+
+Trajectory Trajectory::seen_from(const Pose& T_camera_rig) const {
+  Trajectory other = *this;
+  other.T_camera_rig_ = T_camera_rig;
+  return other;
 }
 
 Pose Trajectory::at(double t_s) const {
@@ -75,7 +85,7 @@ Pose Trajectory::at(double t_s) const {
   looking.row(1) = forward.cross(x);
   looking.row(2) = forward;
   const Mat3 R = so3_exp(Vec3(coordinate(tilt, t_s), coordinate(pan, t_s), coordinate(roll, t_s))) * looking;
-  return make_pose(R, -R * position);
+  return product(T_camera_rig_, make_pose(R, -R * position));
 }
 
 double Trajectory::coordinate(Coordinate which, double t_s) const {

@@ -23,10 +23,15 @@ class Trajectory {
  public:
   /// Chooses the motion by the seed, and the distance as the shortest from which the whole model stays inside of the
   /// image for the whole duration.
+  /// @param rig   T_camera_rig of the cameras that move together, each of which sees the whole model
   /// @param speed factor on all frequencies, > 0
-  static Result<Trajectory> make(const Scene& scene, const Model& model, const Camera& camera, Motion motion,
-                                 double speed, double duration_s, std::uint64_t seed);
+  static Result<Trajectory> make(const Scene& scene, const Model& model, const Camera& camera, Span<const Pose> rig,
+                                 Motion motion, double speed, double duration_s, std::uint64_t seed);
 
+  /// The same motion as seen from one of the rig's cameras.
+  [[nodiscard]] Trajectory seen_from(const Pose& T_camera_rig) const;
+
+  /// T_camera_world.
   [[nodiscard]] Pose at(double t_s) const;
 
  private:
@@ -41,6 +46,7 @@ class Trajectory {
   void choose_sines(Motion motion, double speed, std::uint64_t seed);
   [[nodiscard]] bool sees_all(const Model& model, const Camera& camera, double duration_s) const;
 
+  Pose T_camera_rig_;
   Vec3 center_, view_from_, up_;
   double distance_ = 0;
   std::array<std::array<Sine, 2>, kCoordinates> sines_{};

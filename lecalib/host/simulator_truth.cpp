@@ -252,4 +252,19 @@ std::string model_text(const Model& model) {
   return out;
 }
 
+std::string stereo_truth_json(const Pose& T_right_left) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("note", "x_right = R x_left + t");
+  json.key("R_right_left");
+  json.begin_array();
+  for (std::size_t row = 0; row < 3; ++row) json.numbers(Span<const double>(T_right_left.R + 3 * row, 3));
+  json.end();
+  json.key("t_right_left");
+  json.numbers(T_right_left.t);
+  json.member("baseline_m", translation_of(T_right_left).norm());
+  json.end();
+  return json.text();
+}
+
 }  // namespace lecalib::host

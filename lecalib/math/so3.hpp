@@ -29,4 +29,13 @@ inline Pose make_pose(const Mat3& R, const Vec3& t) {
   return pose;
 }
 
+/// First a, then b: x' = b(a(x)).
+inline Pose product(const Pose& b, const Pose& a) {
+  return make_pose(rotation_of(b) * rotation_of(a), rotation_of(b) * translation_of(a) + translation_of(b));
+}
+inline Pose inverse_of(const Pose& pose) {
+  const Mat3 R = rotation_of(pose).transpose();
+  return make_pose(R, -R * translation_of(pose));
+}
+
 }  // namespace lecalib

@@ -2,11 +2,8 @@
 #include "lecalib/pipeline/line_bank.hpp"
 
 namespace lecalib {
-namespace {
-
-/// Of where a window's edges are, 1/px^2. What lines tell that have no edge is next to nothing, but not nothing.
-float information_of(Span<const EventLine> lines) {
-  constexpr float kWithoutEdge = 1;
+float LineBank::information_of(Span<const EventLine> lines) {
+  constexpr float kWithoutEdge = 1;  // what lines tell that have no edge is next to nothing, but not nothing
   float sum = kWithoutEdge;
   for (const EventLine& line : lines) {
     sum += kWithoutEdge;
@@ -16,15 +13,13 @@ float information_of(Span<const EventLine> lines) {
   return sum;
 }
 
-}  // namespace
-
 void LineBank::clear() {
   count_ = 0;
   offered_ = 0;
   lines_dropped_ = 0;
 }
 
-void LineBank::add(const LineWindow& window) {
+void LineBank::add(const LineWindow& window, float information) {
   const std::uint32_t offer = offered_++;
   if (windows_.empty()) return;
   std::uint32_t free_place = count_;
@@ -38,7 +33,7 @@ void LineBank::add(const LineWindow& window) {
   lines_dropped_ += static_cast<std::uint32_t>(window.lines.size() - lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i) place[i] = lines[i];
   windows_[count_] = {window.begin_us, window.end_us, {place.data(), lines.size()}};
-  kept_[count_++] = {offer, free_place, information_of(lines)};
+  kept_[count_++] = {offer, free_place, information};
 }
 
 /// The first window stays: nothing before it stands for it.

@@ -23,7 +23,13 @@ class LineBank {
   void clear();
 
   /// Takes a copy of the window's lines; lines beyond the capacity per window are left out and counted, the last first.
-  void add(const LineWindow& window);
+  void add(const LineWindow& window) { add(window, information_of(window.lines.first(lines_per_window_))); }
+  /// The same with what the window tells said by the caller: banks of several cameras that are told the same keep the
+  /// same windows.
+  void add(const LineWindow& window, float information);
+
+  /// Of where a window's edges are, 1/px^2.
+  static float information_of(Span<const EventLine> lines);
 
   /// The kept windows in order of time; valid until the next add().
   [[nodiscard]] Span<const LineWindow> windows() const { return {windows_.data(), count_}; }

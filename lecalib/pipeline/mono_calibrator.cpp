@@ -90,6 +90,7 @@ Status MonoCalibrator::init(Span<std::byte> memory, const Capacities& capacities
   window_length_us_ = options.window.first_us;
   WindowOptions window;
   window.length_us = window_length_us_;
+  window.on_grid = options.windows_on_grid;
   if (const Status status = builder_.init(window, workspace_.events); status != Status::ok) return status;
   workspace_.bank.clear();
   coverage_.clear(capacities.sensor_width, capacities.sensor_height);
@@ -133,7 +134,7 @@ Status MonoCalibrator::step() {
     case MonoPhase::collecting:
       if (has_window_) return detect();
       if (!finishing_) return Status::need_more_data;
-      if (builder_.finish(&window_) == Status::ok) return detect();
+      if (close_window()) return detect();
       return begin_matching();
     case MonoPhase::matching:
     case MonoPhase::solving: ++steps_; return advance(phase_ == MonoPhase::matching ? matcher_.step() : solver_.step());
@@ -144,8 +145,22 @@ Status MonoCalibrator::step() {
   return verdict_;
 }
 
+bool MonoCalibrator::close_window() {
+  if (phase_ == MonoPhase::collecting && !has_window_) has_window_ = builder_.finish(&window_) == Status::ok;
+  return has_window_;
+}
+
 /// window -> lines -> bank, and the length of the next window.
 Status MonoCalibrator::detect() {
+  LineWindow window;
+  const Status status = find_lines(&window);
+  if (status != Status::ok) return status;
+  keep(window, LineBank::information_of(window.lines.first(capacities_.lines_per_window)));
+  return set_window_length_us(wanted_length_us(window.lines));
+}
+
+Status MonoCalibrator::find_lines(LineWindow* out) {
+  if (!has_window_) return Status::wrong_state;
   has_window_ = false;
   EventWindow window;
   Status status = filter_noise(window_, options_.noise, &workspace_.noise, workspace_.events, &window, &stats_.noise);
@@ -157,17 +172,27 @@ Status MonoCalibrator::detect() {
   options_.detector.find_edges = options_.use_edges && !thinned ? edges_.find : nullptr;
   status = detect_lines(window, options_.detector, &workspace_.detector, workspace_.lines, &count, &detected);
   if (status != Status::ok) return fail(status);
-
-  const Span<const EventLine> lines = {workspace_.lines.data(), count};
-  workspace_.bank.add({window.begin_us, window.end_us, lines});
-  coverage_.add(lines);
   stats_.windows = builder_.stats();
   stats_.lines += count;
   stats_.lines_dropped += detected.lines_dropped;
   stats_.crossings_dropped += detected.crossings_dropped;
   for (std::size_t i = 0; i < kNumDetectorStages; ++i) stats_.stage_ns[i] += detected.stage_ns[i];
-  window_length_us_ = next_window_length(options_.window, window_length_us_, lines, workspace_.travel);
-  status = builder_.set_length_us(window_length_us_);
+  *out = {window.begin_us, window.end_us, {workspace_.lines.data(), count}};
+  return Status::ok;
+}
+
+void MonoCalibrator::keep(const LineWindow& window, float information) {
+  workspace_.bank.add(window, information);
+  coverage_.add(window.lines);
+}
+
+std::int64_t MonoCalibrator::wanted_length_us(Span<const EventLine> lines) const {
+  return next_window_length(options_.window, window_length_us_, lines, workspace_.travel);
+}
+
+Status MonoCalibrator::set_window_length_us(std::int64_t length_us) {
+  window_length_us_ = length_us;
+  const Status status = builder_.set_length_us(length_us);
   return status == Status::ok ? Status::in_progress : fail(status);
 }
 
@@ -279,6 +304,11 @@ Status MonoCalibrator::begin_next_round() {
   if (status != Status::ok) return fail(status);
   phase_ = MonoPhase::matching;
   return Status::in_progress;
+}
+
+Status MonoCalibrator::use_lines() {
+  if (phase_ != MonoPhase::done || !on_edges_) return Status::wrong_state;
+  return verdict_ = begin_solving(false);
 }
 
 Status MonoCalibrator::fail(Status status) {

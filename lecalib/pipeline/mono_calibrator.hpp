@@ -37,7 +37,8 @@ struct MonoOptions {
   DetectorOptions detector;
   LineMatcherOptions matcher;
   ViewPointOptions points;
-  bool use_edges = true;  ///< false: lines only, ten times less sure of flat objects, at 30 ns less per event
+  bool windows_on_grid = false;  ///< see WindowOptions::on_grid; set where two cameras are calibrated together
+  bool use_edges = true;         ///< false: lines only, ten times less sure of flat objects, at 30 ns less per event
   EdgePointOptions edges;
   MonoSolverOptions solver = recorded_lines();
   /// Readings of a gyro that is fixed to the camera, on the events' clock, in order of time: they tell how the camera
@@ -216,6 +217,33 @@ class MonoCalibrator {
   /// was matched, and what the solution tells once step() has ended.
   /// Complexity: some thousand line projections once the object is matched; call it when somebody wants to know.
   [[nodiscard]] Coverage coverage() const;
+
+  // What step() does while events are collected, in parts, and what it holds in the end: for those that calibrate
+  // several cameras on one clock together (stereo_calibrator.hpp).
+
+  /// The full window that step() would work on next; null: there is none.
+  [[nodiscard]] const EventWindow* full_window() const { return has_window_ ? &window_ : nullptr; }
+  /// Ends the window that is being filled. @return whether there is a full one
+  bool close_window();
+  /// Finds the lines of full_window(), which is none any longer.
+  /// @param out its lines are valid until the next window is full
+  /// @return ok | wrong_state (no full window) | what detect_lines() gives: then the calibrator has failed
+  Status find_lines(LineWindow* out);
+  /// Takes the lines of a window. @param information see LineBank::add()
+  void keep(const LineWindow& window, float information);
+  /// The length that this camera's next window should have. @return microseconds
+  [[nodiscard]] std::int64_t wanted_length_us(Span<const EventLine> lines) const;
+  /// @return in_progress | what set_length_us() of WindowBuilder gives: then the calibrator has failed
+  Status set_window_length_us(std::int64_t length_us);
+
+  /// The windows that were matched, two of views() each, in this order.
+  [[nodiscard]] Span<const WindowPoses> matched_windows() const { return matcher_.poses(); }
+  /// The result comes from edges; else from lines.
+  [[nodiscard]] bool is_from_edges() const { return on_edges_; }
+  /// Once step() has returned ok and is_from_edges(): solves anew by lines, by further calls of step().
+  /// @return in_progress | wrong_state | why not
+  Status use_lines();
+  [[nodiscard]] MonoSolver& solver() { return solver_; }
 
  private:
   Status init(Span<std::byte> memory, const Capacities& capacities, const MonoOptions& options,

@@ -19,6 +19,7 @@
 #include "lecalib/solve/parameter_policy.hpp"
 #include "lecalib/solve/plausibility.hpp"
 #include "lecalib/solve/refine.hpp"
+#include "lecalib/solve/stereo_refiner.hpp"
 
 namespace lecalib {
 
@@ -130,6 +131,11 @@ class MonoSolver {
   /// Per point, not 0: its line was found to be wrong. Empty where all lines are used. Edges are sorted in any case:
   /// some of those that fire where a line is expected are others.
   [[nodiscard]] Span<const std::uint8_t> left_out() const { return data_.left_out; }
+
+  /// For a refinement together with another camera, once step() has returned ok.
+  StereoCamera stereo_camera();
+  /// Takes over what came of it. @param side 0: this was the left camera, 1: the right one
+  void take_stereo(const StereoSolution& solution, std::size_t side);
 
  private:
   /// Lines that a view with a given pose needs to add anything to six pose parameters.

@@ -86,6 +86,19 @@ void correlate_turns(const Refiner& refiner, const ParameterPolicy& policy, cons
 
 }  // namespace
 
+void take_covariance(const Mat9& covariance, const ParameterPolicy& policy, const CovarianceOptions& options,
+                     CalibrationResult* result) {
+  for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const double sigma = std::sqrt(covariance(k, k));
+    const bool rests_on_prior = policy.prior_sd[i] > 0.0 && sigma > options.assumed_share * policy.prior_sd[i];
+    result->assumed[i] = kHasIntrinsic[static_cast<std::size_t>(policy.model)][i] &&
+                         (!policy.free[i] || policy.assumed[i] || rests_on_prior);
+    result->sigma[i] = sigma;
+  }
+  Eigen::Map<RowMat9>(result->covariance) = covariance;
+}
+
 Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy, const CovarianceOptions& options,
                           std::size_t num_views_used, Span<LineResponse> responses, CalibrationResult* result,
                           IntrinsicSpread* spread, EdgeOffsets* offsets) {
@@ -127,15 +140,7 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
       covariance += options.line_offset_px * options.line_offset_px * (shift * shift.transpose());
     }
   }
-  for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    const double sigma = std::sqrt(covariance(k, k));
-    const bool rests_on_prior = policy.prior_sd[i] > 0.0 && sigma > options.assumed_share * policy.prior_sd[i];
-    result->assumed[i] = kHasIntrinsic[static_cast<std::size_t>(policy.model)][i] &&
-                         (!policy.free[i] || policy.assumed[i] || rests_on_prior);
-    result->sigma[i] = sigma;
-  }
-  Eigen::Map<RowMat9>(result->covariance) = covariance;
+  take_covariance(covariance, policy, options, result);
   result->condition = condition;
   return Status::ok;
 }

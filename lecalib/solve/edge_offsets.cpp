@@ -6,6 +6,7 @@
 
 #include "lecalib/math/chance.hpp"
 #include "lecalib/math/cholesky.hpp"
+#include "lecalib/math/packed_cholesky.hpp"
 
 namespace lecalib {
 namespace {
@@ -27,38 +28,6 @@ double log_speed(float px_per_s) {
   constexpr float kSlowest = 0.1F;
   constexpr float kUsual = 150;
   return static_cast<double>(natural_log(std::max(std::fabs(px_per_s) / kUsual, kSlowest)));
-}
-
-/// Cholesky's decomposition takes the place of a lower triangle by rows. @return false where it is not definite
-bool factor(Span<double> a, std::size_t n) {
-  for (std::size_t i = 0; i < n; ++i) {
-    double* const row = &a[triangle_index(i, 0)];
-    for (std::size_t j = 0; j <= i; ++j) {
-      const double* const other = &a[triangle_index(j, 0)];
-      double v = row[j];
-      for (std::size_t k = 0; k < j; ++k) v -= row[k] * other[k];
-      if (j < i) {
-        row[j] = v / other[j];
-      } else if (v > 0) {
-        row[i] = std::sqrt(v);
-      } else {
-        return false;
-      }
-    }
-  }
-  return true;
-}
-
-/// With the factor L: x becomes inv(L L') x.
-void solve_factored(Span<const double> a, std::size_t n, Span<double> x) {
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t k = 0; k < i; ++k) x[i] -= a[triangle_index(i, k)] * x[k];
-    x[i] /= a[triangle_index(i, i)];
-  }
-  for (std::size_t i = n; i-- > 0;) {
-    for (std::size_t k = i + 1; k < n; ++k) x[i] -= a[triangle_index(k, i)] * x[k];
-    x[i] /= a[triangle_index(i, i)];
-  }
 }
 
 }  // namespace
@@ -186,12 +155,12 @@ bool EdgeOffsets::reduce(const Refiner& refiner) {
     matrix[triangle_index(i, i)] += precision;
     workspace_.gradient[i] -= row.dot(step) + precision * (workspace_.value[i] - mean(i));
   }
-  return factor(matrix, n);
+  return factor_packed(matrix, n);
 }
 
 bool EdgeOffsets::solve(const Refiner& refiner, double* largest_px) {
   if (!reduce(refiner)) return false;
-  solve_factored(workspace_.matrix, size_, workspace_.gradient);
+  solve_packed(workspace_.matrix, size_, workspace_.gradient);
   double largest = 0;
   for (std::size_t i = 0; i < size_; ++i) {
     const double change = workspace_.gradient[i];

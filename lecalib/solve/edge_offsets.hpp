@@ -87,9 +87,6 @@ struct OffsetTerms {
   std::size_t count = 0;
 };
 
-/// Place of row i, column j <= i in a lower triangle by rows.
-constexpr std::size_t triangle_index(std::size_t i, std::size_t j) noexcept { return i * (i + 1) / 2 + j; }
-
 class EdgeOffsets {
  public:
   /// Finds which offsets there are; all begin at what is known beforehand.
@@ -98,6 +95,10 @@ class EdgeOffsets {
   void init(const CalibrationData& data, const EdgeOffsetOptions& options, const EdgeOffsetWorkspace& workspace);
 
   [[nodiscard]] std::size_t size() const { return size_; }
+  /// Values, sigmas and scratch, for who moves the offsets together with more than one camera.
+  [[nodiscard]] const EdgeOffsetWorkspace& workspace() const { return workspace_; }
+  /// What an offset is expected to be beforehand.
+  [[nodiscard]] double mean(std::size_t offset) const;
   [[nodiscard]] OffsetTerms terms(std::size_t point) const;
   /// Of a point, along its normal, px.
   [[nodiscard]] double displacement(std::size_t point) const;
@@ -132,7 +133,6 @@ class EdgeOffsets {
   void restart();
   void add_line(std::size_t line);
   void add(std::size_t slot, double sigma);
-  [[nodiscard]] double mean(std::size_t offset) const;
   [[nodiscard]] double sigmas_off(std::size_t line, bool on) const;
   bool reduce(const Refiner& refiner);
   [[nodiscard]] double tilt_px(bool on) const { return on ? options_.on_tilt_px : options_.off_tilt_px; }

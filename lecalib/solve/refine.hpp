@@ -137,6 +137,21 @@ class Refiner {
   /// (downhill) and by_camera, at the current state.
   void add_offset_equations(const EdgeOffsets& offsets, const EdgeOffsetWorkspace& out) const;
   [[nodiscard]] double prior_weight() const { return prior_weight_; }  ///< see set_loss()
+
+  // What a refinement of several cameras needs that share poses (stereo_refiner.hpp): this one's equations before any
+  // pose is eliminated, and its state to be set.
+  [[nodiscard]] Span<RefineView> views() const { return views_; }
+  [[nodiscard]] bool is_free(std::size_t intrinsic) const { return policy_.free[intrinsic]; }
+  /// Of the intrinsics, priors included, at the current state; lower triangle valid, also of held ones.
+  [[nodiscard]] const Eigen::Matrix<double, 9, 9>& intrinsic_block() const { return intrinsic_block_; }
+  [[nodiscard]] const Vec9& intrinsic_gradient() const { return intrinsic_gradient_; }
+  /// Adds what one view says of its edges' offsets to matrix, gradient and by_camera, and sets by_pose to it.
+  void add_view_rows(std::size_t view, const EdgeOffsets& offsets, const EdgeOffsetWorkspace& out) const;
+  /// The same of an offset of each model line, see line_responses(): adds to `gradient`, held ones included, and sets
+  /// `pose`.
+  void add_line_rows(std::size_t view, Span<LineResponse> responses) const;
+  /// To be followed by renew_equations(), as is a change of views()'s poses.
+  void set_camera(const Camera& camera) { camera_ = camera; }
   /// The points have moved: the next step() begins with new residuals.
   void points_changed() { linearised_ = false; }
 

@@ -79,6 +79,17 @@ void Refiner::line_responses(Span<LineResponse> responses) const {
   }
 }
 
+void Refiner::add_line_rows(std::size_t view, Span<LineResponse> responses) const {
+  for (LineResponse& response : responses) Eigen::Map<Vec6>(response.pose).setZero();
+  visit_points(view, radius_of_slope(camera_, kKneeSlope),
+               [&](std::size_t i, const LineResidual& residual, double weight) {
+                 if (is_left_out(data_, i)) return;
+                 LineResponse& response = responses[data_.points[i].line];
+                 Eigen::Map<Vec9>(response.gradient) += weight * residual.d_intrinsics().transpose();
+                 Eigen::Map<Vec6>(response.pose) += weight * residual.d_pose().transpose();
+               });
+}
+
 bool Refiner::pose_covariance(std::size_t view, const Eigen::Matrix<double, 9, 9>& inverse, double scale,
                               double offset_px, Span<LineResponse> responses, Mat6* out) const {
   Mat69 eliminated;

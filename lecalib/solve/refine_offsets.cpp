@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "lecalib/math/cholesky.hpp"
+#include "lecalib/math/packed_cholesky.hpp"
 #include "lecalib/math/so3.hpp"
 #include "lecalib/solve/edge_offsets.hpp"
 #include "lecalib/solve/refine.hpp"
@@ -28,19 +29,23 @@ void Refiner::add_offset_equations(const EdgeOffsets& offsets, const EdgeOffsetW
   }
 }
 
-void Refiner::add_view_offsets(std::size_t index, const EdgeOffsets& offsets, const EdgeOffsetWorkspace& out) const {
+void Refiner::add_view_rows(std::size_t index, const EdgeOffsets& offsets, const EdgeOffsetWorkspace& out) const {
   const View& span = data_.views[index];
-  const RefineView& view = views_[index];
-  Cholesky<6> factor;
-  if (!factor.factor(pose_block_of(view), kMinPosePivot)) return;
   for (double& value : out.by_pose.first(6 * offsets.size())) value = 0.0;
-  const Mat3 R = rotation_of(view.pose);
-  const Vec3 t = translation_of(view.pose);
+  const Mat3 R = rotation_of(views_[index].pose);
+  const Vec3 t = translation_of(views_[index].pose);
   const double knee = radius_of_slope(camera_, kKneeSlope);
   for (std::size_t i = span.first; i < span.first + span.count; ++i) {
     if (!is_left_out(data_, i))
       add_point_offsets(i, line_in_camera(R, t, data_.model[data_.points[i].line]), knee, offsets.terms(i), out);
   }
+}
+
+void Refiner::add_view_offsets(std::size_t index, const EdgeOffsets& offsets, const EdgeOffsetWorkspace& out) const {
+  const RefineView& view = views_[index];
+  Cholesky<6> factor;
+  if (!factor.factor(pose_block_of(view), kMinPosePivot)) return;
+  add_view_rows(index, offsets, out);
   std::size_t active = 0;
   for (std::size_t i = 0; i < offsets.size(); ++i) {
     if (!pose_row(out, i).isZero(0.0)) out.active[active++] = static_cast<std::uint16_t>(i);

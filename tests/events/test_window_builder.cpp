@@ -104,6 +104,29 @@ TEST_CASE("windows: a long gap is passed over at once, in rhythm") {
   CHECK(builder.stats().empty_windows == 3 + static_cast<std::uint64_t>((far - 3 - 60) / 10));
 }
 
+TEST_CASE("windows: on a grid those of two sensors agree, whenever their events begin") {
+  std::vector<Event> storage(16);
+  for (const std::int64_t shift_us : {0, -1000, 7}) {
+    std::vector<std::int64_t> begins[2];
+    for (int sensor = 0; sensor < 2; ++sensor) {
+      WindowOptions options;
+      options.length_us = 10;
+      options.on_grid = true;
+      WindowBuilder builder;
+      REQUIRE(builder.init(options, storage) == Status::ok);
+      std::vector<std::int64_t> times;
+      for (std::int64_t t = sensor == 0 ? 3 : 18; t < 200; t += sensor == 0 ? 4 : 11) times.push_back(t + shift_us);
+      for (const Window& window : build(&builder, at_times(times), 3)) begins[sensor].push_back(window.begin_us);
+    }
+    for (const std::int64_t begin_us : begins[1]) {
+      CHECK(begin_us % 10 == 0);
+      CHECK(std::count(begins[0].begin(), begins[0].end(), begin_us) == 1);
+    }
+    CHECK(begins[0].front() <= 3 + shift_us);
+    CHECK(begins[0].front() > 3 + shift_us - 10);
+  }
+}
+
 TEST_CASE("windows: the whole range of times does no harm") {
   constexpr std::int64_t kMin = std::numeric_limits<std::int64_t>::min();
   constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();

@@ -38,7 +38,7 @@ CalibrationReport example() {
   camera.assumed = {"k3"};
   report.cameras.push_back(camera);
   const double axis[] = {0.6, 0, 0.8};
-  report.views.push_back({"001", 123456789012, rotated(axis, 0.5), 9, 0.25, {}, {}});
+  report.views.push_back({"camera", "001", 123456789012, rotated(axis, 0.5), 9, 0.25, {}, {}});
   report.diagnostics.reason = "converged";
   report.diagnostics.counts = {{"events", 1000000}};
   report.diagnostics.numbers = {{"condition", 1e5}};
@@ -86,6 +86,48 @@ TEST_CASE("calibration.json holds every field of its contract") {
   CHECK(view["lines"] == 9);
   CHECK(json["diagnostics"]["counts"]["events"] == 1000000);
   CHECK(json["diagnostics"]["condition"] == 1e5);
+}
+
+TEST_CASE("a pair of cameras: both, what is between them, and whose view is whose") {
+  CalibrationReport report = example();
+  report.cameras[0].name = report.views[0].camera = "left";
+  report.cameras.push_back(report.cameras[0]);
+  report.cameras[1].name = "right";
+  report.cameras[1].camera.fx = 500.25;
+  report.views.push_back(report.views[0]);
+  report.views[1].camera = "right";
+  const double axis[] = {0, 1, 0};
+  StereoReport stereo;
+  stereo.T_right_left = rotated(axis, 0.25);
+  stereo.sigma = {0.001, 0.002, 0.003, 0.004, 0.005, 0.006};
+  stereo.covariance.assign(36, 0.5);
+  stereo.baseline_m = 2.5;
+  stereo.baseline_sigma_m = 0.125;
+  report.stereo = stereo;
+
+  const auto json = nlohmann::json::parse(calibration_json(report));
+  CHECK(json["cameras"].size() == 2);
+  CHECK(json["cameras"][1]["fx"] == 500.25);
+  CHECK(json["stereo"]["R_right_left"].size() == 9);
+  CHECK(json["stereo"]["T_right_left_m"] == nlohmann::json{0.5, -1.5, 2.0});
+  CHECK(json["stereo"]["sigma"]["rotation_rad"] == nlohmann::json{0.001, 0.002, 0.003});
+  CHECK(json["stereo"]["sigma"]["T_right_left_m"] == nlohmann::json{0.004, 0.005, 0.006});
+  CHECK(json["stereo"]["baseline_m"] == 2.5);
+  CHECK(json["stereo"]["covariance"].size() == 6);
+  CHECK(json["views"][0]["camera"] == "left");
+  CHECK(json["views"][1]["camera"] == "right");
+
+  const std::string yaml = calibration_opencv_yaml(report);
+  CHECK(matrix(yaml, "camera_matrix") == matrix(yaml, "M1"));
+  CHECK(matrix(yaml, "M2")[0] == 500.25);
+  CHECK(matrix(yaml, "D2") == matrix(yaml, "D1"));
+  CHECK(matrix(yaml, "R")[2] == doctest::Approx(std::sin(0.25)).epsilon(1e-12));
+  CHECK(matrix(yaml, "T") == std::vector<double>{0.5, -1.5, 2.0});
+  CHECK(matrix(yaml, "extrinsic_parameters").size() == 6);  // of the left camera's one view
+
+  const std::string text = calibration_text(report);
+  CHECK(text.find("left, 640x480") != std::string::npos);
+  CHECK(text.find("baseline 2500 +- 125 mm") != std::string::npos);
 }
 
 TEST_CASE("a failure has a status, a reason and no camera") {

@@ -14,6 +14,8 @@ using namespace lecalib::host;
 
 namespace {
 
+const Pose kRig[] = {Pose()};
+
 Camera test_camera() { return {80, 60, 70, 72, 41, 28.5, -0.15, 0.02, 0.001, -0.001, 0}; }
 
 /// A wall in the plane z = 2 that fills the view: radiance 0.8, with a dark half to the left of x = edge.
@@ -62,7 +64,7 @@ TEST_CASE("Renderer: what moved is rendered as if all were") {
     const Model model = make_target(target).value();
     const Scene scene = make_scene(target, model).value();
     const Camera camera = test_camera();
-    const auto trajectory = Trajectory::make(scene, model, camera, Motion::shake, 1.0, 0.1, 5);
+    const auto trajectory = Trajectory::make(scene, model, camera, kRig, Motion::shake, 1.0, 0.1, 5);
     REQUIRE(trajectory.ok());
     Renderer moving(scene, camera);
     for (int i = 0; i <= 20; ++i) moving.render(trajectory.value().at(0.002 * i));
@@ -105,7 +107,7 @@ TEST_CASE("Trajectory: rotations are rotations, the motion is smooth and keeps t
   const Model model = make_target(target).value();
   const Scene scene = make_scene(target, model).value();
   for (const Motion motion : {Motion::shake, Motion::sweep, Motion::rotate}) {
-    const auto made = Trajectory::make(scene, model, test_camera(), motion, 1.0, 0.5, 11);
+    const auto made = Trajectory::make(scene, model, test_camera(), kRig, motion, 1.0, 0.5, 11);
     REQUIRE(made.ok());
     Mat3 before = rotation_of(made.value().at(0));
     for (int i = 1; i <= 50; ++i) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "lecalib/core/rng.hpp"
 #include "lecalib/pipeline/line_bank.hpp"
 
 using namespace lecalib;
@@ -53,6 +54,23 @@ TEST_CASE(
       CHECK(windows[i].begin_us == std::int64_t{10} * windows[i].lines[0].events);
     }
     CHECK(f.bank.offered() == offered);
+  }
+}
+
+TEST_CASE("line bank: banks that are told the same information keep the same windows") {
+  Fixture left(8, 4);
+  Fixture right(8, 4);
+  Rng rng(3);
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    const auto information = static_cast<float>(rng.uniform(1.0, 1000.0));
+    EventLine lines[2] = {};
+    const std::int64_t begin_us = 10 * std::int64_t{i};
+    left.bank.add({begin_us, begin_us + 10, {lines, 2}}, information);
+    right.bank.add({begin_us, begin_us + 10, {lines, i % 3}}, information);
+    REQUIRE(left.bank.windows().size() == right.bank.windows().size());
+    for (std::size_t w = 0; w < left.bank.windows().size(); ++w) {
+      CHECK(left.bank.windows()[w].begin_us == right.bank.windows()[w].begin_us);
+    }
   }
 }
 

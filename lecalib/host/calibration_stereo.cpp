@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+
+#include "lecalib/host/calibration_report.hpp"
+
+namespace lecalib::host {
+namespace {
+
+constexpr std::size_t kPoseSize = 6;
+
+StereoReport stereo_report(const StereoResult& result) {
+  StereoReport stereo;
+  stereo.T_right_left = result.T_right_left;
+  stereo.covariance.assign(result.covariance, result.covariance + kPoseSize * kPoseSize);
+  for (std::size_t i = 0; i < kPoseSize; ++i) stereo.sigma[i] = std::sqrt(result.covariance[(kPoseSize + 1) * i]);
+  const double* const t = result.T_right_left.t;
+  stereo.baseline_m = std::sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
+  double variance = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) variance += t[i] * t[j] * result.covariance[kPoseSize * (3 + i) + 3 + j];
+  }
+  stereo.baseline_sigma_m = stereo.baseline_m > 0 ? std::sqrt(variance) / stereo.baseline_m : 0;
+  return stereo;
+}
+
+/// Why there is no pose between two cameras that are both known.
+std::string explanation(const StereoResult& result) {
+  switch (result.status) {
+    case Status::no_match:
+      return result.instants + result.disagreeing == 0 ? "the two cameras never see the object at the same time; check "
+                                                         "that both recordings are of one clock, "
+                                                         "and show the object to both"
+                                                       : "the object's poses in the two cameras do not agree; check "
+                                                         "that both recordings are of one clock and "
+                                                         "that the cameras are fixed to each other";
+    case Status::not_converged: return "the refinement of both cameras together did not settle";
+    default: return std::string("the refinement of both cameras together stopped: ") + to_string(result.status);
+  }
+}
+
+}  // namespace
+
+void add_stereo_result(const StereoCalibrator& calibrator, const std::vector<std::string>& line_names,
+                       CalibrationReport* report) {
+  StereoResult result;
+  const Status status = calibrator.result(&result);
+  add_result(result.left, calibrator.camera(StereoSide::left).views(), {}, line_names, report, "left");
+  const std::string left_reason = report->diagnostics.reason;
+  add_result(result.right, calibrator.camera(StereoSide::right).views(), {}, line_names, report, "right");
+  Diagnostics& diagnostics = report->diagnostics;
+  diagnostics.counts.push_back({"pairs", result.instants});
+  diagnostics.counts.push_back({"pairs_disagreeing", result.disagreeing});
+  report->status = status;
+  if (status == Status::ok) {
+    diagnostics.reason = "both cameras and their relative pose are determined";
+    report->stereo = stereo_report(result);
+    return;
+  }
+  report->cameras.clear();
+  report->views.clear();
+  switch (calibrator.failed_in()) {
+    case StereoPhase::left: diagnostics.reason = "left camera: " + left_reason; break;
+    case StereoPhase::right: diagnostics.reason = "right camera: " + diagnostics.reason; break;
+    default: diagnostics.reason = explanation(result); break;
+  }
+}
+
+}  // namespace lecalib::host

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+/// From the events of two cameras on one clock, fixed to each other, to both cameras and the pose between them.
+///
+///     push: events of either camera -> that camera's window
+///     step: both cameras' windows of the same time -> lines -> both banks, which keep the same windows
+///           each camera by itself, as MonoCalibrator does it
+///           poses of the windows that both have matched -> T_right_left -> all refined together
+#pragma once
+
+#include <cstdint>
+
+#include "lecalib/core/arena.hpp"
+#include "lecalib/core/records.hpp"
+#include "lecalib/core/span.hpp"
+#include "lecalib/core/status.hpp"
+#include "lecalib/pipeline/mono_calibrator.hpp"
+#include "lecalib/solve/stereo_pose.hpp"
+#include "lecalib/solve/stereo_refiner.hpp"
+
+namespace lecalib {
+
+enum class StereoSide : std::uint8_t { left = 0, right = 1 };
+inline constexpr std::size_t kStereoSides = 2;
+
+/// What the stereo calibrator holds: as many windows, lines and model lines for either camera.
+struct StereoCapacities {
+  Capacities left, right;
+};
+
+struct StereoOptions {
+  MonoOptions left, right;  ///< gyro_samples must be empty; windows_on_grid is set
+  StereoPoseOptions pose;
+  StereoRefineOptions refine;  ///< independent_views and line_offset_px are those of the left camera's solver
+};
+
+/// Why there is no pose between the cameras, or which camera has none.
+enum class StereoPhase : std::uint8_t { idle, collecting, left, right, between, done, failed };
+/// The phase's name. Never null.
+const char* to_string(StereoPhase phase) noexcept;
+
+struct StereoResult {
+  Status status = Status::in_progress;
+  CalibrationResult left, right;  ///< as MonoCalibrator::result(), refined together
+  Pose T_right_left;              ///< x_right = T_right_left x_left
+  double covariance[36] = {};     ///< of T_right_left, as ViewResult::covariance: (w, t), R = exp(w) R_true
+  std::uint32_t instants = 0;     ///< seen by both cameras, in use
+  std::uint32_t disagreeing = 0;  ///< seen by both, but the cameras' poses did not agree: used for each by itself
+};
+
+/// Most symmetries of a model: those of a cube.
+inline constexpr std::size_t kMaxSymmetries = 24;
+
+struct StereoWorkspace {
+  Span<std::byte> camera[kStereoSides];
+  StereoRefinerWorkspace refiner;
+  Span<PosePair> poses;    ///< one per view of the camera with fewer
+  Span<StereoPair> pairs;  ///< the same
+  Span<Pose> symmetries;
+};
+
+constexpr StereoRefinerCapacities refiner_capacities(const StereoCapacities& c) {
+  StereoRefinerCapacities out;
+  const std::size_t left = c.left.windows;
+  const std::size_t right = c.right.windows;
+  out.views = 2 * (left > right ? left : right);
+  out.model_lines = c.left.model_lines > c.right.model_lines ? c.left.model_lines : c.right.model_lines;
+  out.edges = c.left.edges && c.right.edges;
+  return out;
+}
+
+template <class Carver>
+constexpr bool carve(Carver& carver, const StereoCapacities& c, StereoWorkspace* out) {
+  const StereoRefinerCapacities refiner = refiner_capacities(c);
+  Span<std::max_align_t> aligned;
+  return carver.carve(required_bytes(c.left), &out->camera[0]) && carver.carve(0, &aligned) &&
+         carver.carve(required_bytes(c.right), &out->camera[1]) && carve(carver, refiner, &out->refiner) &&
+         carver.carve(refiner.views, &out->poses) && carver.carve(refiner.views, &out->pairs) &&
+         carver.carve(kMaxSymmetries, &out->symmetries);
+}
+
+/// Bytes that StereoCalibrator::init() needs.
+constexpr std::size_t required_bytes(const StereoCapacities& capacities) {
+  ArenaMeter meter;
+  StereoWorkspace workspace;
+  (void)carve(meter, capacities, &workspace);
+  return meter.peak();
+}
+
+/// Calibrates two cameras. Call it from one thread, as a MonoCalibrator.
+class StereoCalibrator {
+ public:
+  /// @param memory at least required_bytes(capacities), aligned to kArenaAlign; must outlive the calibrator
+  /// @param model  must outlive the calibrator
+  /// @return what MonoCalibrator::init() gives | invalid_argument (gyro samples)
+  Status init(Span<std::byte> memory, const StereoCapacities& capacities, const StereoOptions& options,
+              Span<const ModelLine> model);
+
+  /// Takes events of one camera from the front of *events.
+  /// @return ok (all taken) | in_progress (that camera's window is full: push the other one's events and call step())
+  ///         | wrong_state
+  Status push(StereoSide side, Span<const Event>* events);
+
+  /// No more events of this camera come. @return ok | wrong_state
+  Status finish(StereoSide side);
+
+  /// One bounded piece of work: the lines of two windows, a step of one camera's matcher or solver, or one iteration of
+  /// both together.
+  /// @return in_progress (call again) | need_more_data (see wanted()) | ok (result() is there) | wrong_state (before
+  ///         init()) | final: what MonoCalibrator::step() gives, phase at which it failed: failed_in(); no_match (the
+  ///         cameras' poses do not agree); not_converged, degenerate_geometry, numerical_failure
+  Status step();
+
+  /// Whose events are needed next.
+  [[nodiscard]] StereoSide wanted() const;
+
+  /// @return ok | what the last step() returned; *out is filled as far as it was computed
+  Status result(StereoResult* out) const;
+
+  [[nodiscard]] StereoPhase phase() const { return phase_; }
+  [[nodiscard]] StereoPhase failed_in() const { return failed_in_; }
+  [[nodiscard]] const MonoCalibrator& camera(StereoSide side) const { return cameras_[index_of(side)]; }
+  /// 0 to 1, never 1 before success.
+  [[nodiscard]] float progress() const;
+
+ private:
+  static constexpr std::size_t index_of(StereoSide side) { return static_cast<std::size_t>(side); }
+
+  Status collect();
+  Status work_on(bool left, bool right);
+  Status calibrate(StereoSide side);
+  Status begin_between();
+  std::size_t pair_views();
+  Status finish_between();
+  Status fail(Status status);
+
+  MonoCalibrator cameras_[kStereoSides];
+  StereoWorkspace workspace_;
+  StereoOptions options_;
+  Span<const ModelLine> model_;
+  StereoRefiner refiner_;
+  StereoResult result_;
+  bool finished_[kStereoSides] = {};
+  StereoPhase phase_ = StereoPhase::idle;
+  StereoPhase failed_in_ = StereoPhase::idle;
+  Status verdict_ = Status::wrong_state;
+};
+
+}  // namespace lecalib
