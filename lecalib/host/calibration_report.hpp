@@ -96,7 +96,8 @@ void add_result(const CalibrationResult& result, Span<const View> views, const s
                 const std::vector<std::string>& line_names, CalibrationReport* report,
                 const std::string& camera_name = {});
 
-/// Takes over what a pair of cameras came to: both of them, how they stand to each other, and why.
+/// Takes over what a pair of cameras came to: both of them, how they stand to each other, and why; and what was seen by
+/// the left one, or by the one that has no answer.
 void add_stereo_result(const StereoCalibrator& calibrator, const std::vector<std::string>& line_names,
                        CalibrationReport* report);
 

@@ -55,15 +55,20 @@ void add_stereo_result(const StereoCalibrator& calibrator, const std::vector<std
   if (status == Status::ok) {
     diagnostics.reason = "both cameras and their relative pose are determined";
     report->stereo = stereo_report(result);
+    add_coverage(calibrator.camera(StereoSide::left).coverage(), report);
     return;
   }
   report->cameras.clear();
   report->views.clear();
-  switch (calibrator.failed_in()) {
-    case StereoPhase::left: diagnostics.reason = "left camera: " + left_reason; break;
-    case StereoPhase::right: diagnostics.reason = "right camera: " + diagnostics.reason; break;
-    default: diagnostics.reason = explanation(result); break;
+  const StereoPhase failed_in = calibrator.failed_in();
+  if (failed_in != StereoPhase::left && failed_in != StereoPhase::right) {
+    diagnostics.reason = explanation(result);
+    return;
   }
+  const bool left = failed_in == StereoPhase::left;
+  if (left) diagnostics.reason = left_reason;
+  add_coverage(calibrator.camera(left ? StereoSide::left : StereoSide::right).coverage(), report);
+  diagnostics.reason = (left ? "left camera: " : "right camera: ") + diagnostics.reason;
 }
 
 }  // namespace lecalib::host

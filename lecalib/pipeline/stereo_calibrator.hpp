@@ -22,9 +22,8 @@ namespace lecalib {
 enum class StereoSide : std::uint8_t { left = 0, right = 1 };
 inline constexpr std::size_t kStereoSides = 2;
 
-/// What the stereo calibrator holds: as many windows, lines and model lines for either camera.
 struct StereoCapacities {
-  Capacities left, right;
+  Capacities left, right;  ///< of as many windows
 };
 
 struct StereoOptions {
@@ -33,7 +32,7 @@ struct StereoOptions {
   StereoRefineOptions refine;  ///< independent_views and line_offset_px are those of the left camera's solver
 };
 
-/// Why there is no pose between the cameras, or which camera has none.
+/// What is being worked on: each camera by itself, then both together.
 enum class StereoPhase : std::uint8_t { idle, collecting, left, right, between, done, failed };
 /// The phase's name. Never null.
 const char* to_string(StereoPhase phase) noexcept;
@@ -53,7 +52,7 @@ inline constexpr std::size_t kMaxSymmetries = 24;
 struct StereoWorkspace {
   Span<std::byte> camera[kStereoSides];
   StereoRefinerWorkspace refiner;
-  Span<PosePair> poses;    ///< one per view of the camera with fewer
+  Span<PosePair> poses;    ///< [views of one camera]
   Span<StereoPair> pairs;  ///< the same
   Span<Pose> symmetries;
 };
@@ -71,7 +70,7 @@ constexpr StereoRefinerCapacities refiner_capacities(const StereoCapacities& c) 
 template <class Carver>
 constexpr bool carve(Carver& carver, const StereoCapacities& c, StereoWorkspace* out) {
   const StereoRefinerCapacities refiner = refiner_capacities(c);
-  Span<std::max_align_t> aligned;
+  Span<std::max_align_t> aligned;  // of no element: where the second camera's memory begins
   return carver.carve(required_bytes(c.left), &out->camera[0]) && carver.carve(0, &aligned) &&
          carver.carve(required_bytes(c.right), &out->camera[1]) && carve(carver, refiner, &out->refiner) &&
          carver.carve(refiner.views, &out->poses) && carver.carve(refiner.views, &out->pairs) &&
@@ -91,7 +90,7 @@ class StereoCalibrator {
  public:
   /// @param memory at least required_bytes(capacities), aligned to kArenaAlign; must outlive the calibrator
   /// @param model  must outlive the calibrator
-  /// @return what MonoCalibrator::init() gives | invalid_argument (gyro samples)
+  /// @return what MonoCalibrator::init() gives | invalid_argument (gyro samples, capacities of unlike windows)
   Status init(Span<std::byte> memory, const StereoCapacities& capacities, const StereoOptions& options,
               Span<const ModelLine> model);
 
