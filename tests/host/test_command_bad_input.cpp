@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "lecalib/host/file_io.hpp"
+#include "support/json_file.hpp"
 #include "support/run_command.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -153,7 +154,7 @@ TEST_CASE("bad input: a model or observations that cannot be used say so in cali
     const std::string text = complaint(run_lecalib({"calibrate", "--observations", observation_file, "--model",
                                                     model_file, "--sensor", "640x480", "--out", out.path()}));
     CHECK(out.count() == 1);
-    const auto json = nlohmann::json::parse(read_text_file(out / "calibration.json").value());
+    const auto json = json_of(out / "calibration.json");
     CHECK(json["status"] != "ok");
     CHECK(json["cameras"].empty());
     CHECK(json["diagnostics"]["reason"].get<std::string>().size() > 10);

@@ -7,6 +7,7 @@
 #include "lecalib/core/rng.hpp"
 #include "lecalib/host/file_io.hpp"
 #include "lecalib/host/text.hpp"
+#include "support/json_file.hpp"
 #include "support/run_command.hpp"
 #include "support/shared_data.hpp"
 #include "support/temporary_folder.hpp"
@@ -86,9 +87,7 @@ TEST_CASE("lecalib detect: a moving edge is one line at both ends of each window
     CHECK(row.sigma_px > 0);
     CHECK(row.events > 1500);
   }
-  const auto stats_text = read_text_file(folder / "stats.json");
-  REQUIRE(stats_text.ok());
-  const auto stats = nlohmann::json::parse(stats_text.value());
+  const auto stats = json_of(folder / "stats.json");
   CHECK(stats["events"] == kDurationUs / 10);
   CHECK(stats["windows"] == 2);
   CHECK(stats["lines"] == 2);
@@ -125,7 +124,7 @@ TEST_CASE("lecalib detect: events beyond a window's capacity are thinned and cou
                    "--out", folder / "lines.csv", "--stats", folder / "stats.json"});
   REQUIRE(run.exit_code == 0);
   CHECK(rows_of(folder / "lines.csv").size() == 2);
-  const auto stats = nlohmann::json::parse(read_text_file(folder / "stats.json").value());
+  const auto stats = json_of(folder / "stats.json");
   CHECK(stats["events"] == kDurationUs / 10);
   CHECK(stats["dropped"]["thinned"].get<int>() >= kDurationUs / 10 - 2000);
 }
@@ -140,7 +139,7 @@ TEST_CASE("lecalib detect: the noise filter takes out what has no neighbours and
     arguments.insert(arguments.end(), more.begin(), more.end());
     REQUIRE(run_lecalib(arguments).exit_code == 0);
     CHECK(rows_of(folder / "lines.csv").size() == 4);
-    return nlohmann::json::parse(read_text_file(folder / "s.json").value());
+    return json_of(folder / "s.json");
   };
   const auto with = detect({"--noise-filter"});
   const auto without = detect({"--no-noise-filter"});

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "lecalib/host/event_writer.hpp"
 #include "lecalib/host/file_io.hpp"
 #include "lecalib/host/raw_writer.hpp"
 #include "lecalib/math/so3.hpp"
 #include "support/box_stream.hpp"
+#include "support/json_file.hpp"
 #include "support/run_command.hpp"
 #include "support/shared_data.hpp"
 #include "support/temporary_folder.hpp"
@@ -26,12 +26,6 @@ using lecalib::Vec3;
 namespace {
 
 constexpr const char* kShippedBox = "box:0.40x0.30x0.25";
-
-nlohmann::json parsed(const std::string& path) {
-  const auto text = read_text_file(path);
-  REQUIRE(text.ok());
-  return nlohmann::json::parse(text.value());
-}
 
 Mat3 rotation_in(const nlohmann::json& list) {
   std::vector<double> flat;
@@ -72,7 +66,7 @@ TEST_CASE("lecalib calibrate --right: a camera beside itself stands where it sta
   CAPTURE(run.err);
   REQUIRE(run.exit_code == 0);
   CHECK(run.out.find("baseline") != std::string::npos);
-  const auto json = parsed(folder / "out/calibration.json");
+  const auto json = json_of(folder / "out/calibration.json");
   REQUIRE(json["cameras"].size() == 2);
   const auto& left = json["cameras"][0];
   const auto& right = json["cameras"][1];
@@ -104,7 +98,7 @@ TEST_CASE("lecalib calibrate --right: recordings of different times are refused,
                                       kShippedBox, "--out", folder / "out"});
   CHECK(run.exit_code != 0);
   CHECK(run.err.find("never see the object at the same time") != std::string::npos);
-  const auto json = parsed(folder / "out/calibration.json");
+  const auto json = json_of(folder / "out/calibration.json");
   CHECK(json["status"] == "no_match");
   CHECK(json["cameras"].empty());
   CHECK(json["stereo"].is_null());
@@ -139,12 +133,12 @@ TEST_CASE("lecalib calibrate --right: a simulated pair, against its truth") {
                                       "--model", pair + "/left/model.txt", "--out", folder / "out"});
   CAPTURE(run.err);
   REQUIRE(run.exit_code == 0);
-  const auto json = parsed(folder / "out/calibration.json");
-  const auto truth = parsed(pair + "/stereo.json");
+  const auto json = json_of(folder / "out/calibration.json");
+  const auto truth = json_of(pair + "/stereo.json");
   const char* const sides[] = {"left", "right"};
   for (std::size_t side = 0; side < 2; ++side) {
     const auto& camera = json["cameras"][side];
-    const auto true_camera = parsed(pair + "/" + sides[side] + "/truth.json")["camera"];
+    const auto true_camera = json_of(pair + "/" + sides[side] + "/truth.json")["camera"];
     for (const char* name : {"fx", "fy", "cx", "cy", "k1"}) {
       const double error = camera[name].get<double>() - true_camera[name].get<double>();
       CHECK(std::abs(error) <= 4 * camera["sigma"][name].get<double>());
@@ -169,13 +163,13 @@ TEST_CASE("lecalib simulate --right-at: two recordings of one motion, and how th
                                       "0.02", "--out", folder / "pair", "--right-at", "0.01,-0.05,0,-0.1,0.01,0"});
   CAPTURE(run.err);
   REQUIRE(run.exit_code == 0);
-  const auto stereo = parsed(folder / "pair/stereo.json");
+  const auto stereo = json_of(folder / "pair/stereo.json");
   const Mat3 R = rotation_in(stereo["R_right_left"]);
   const Vec3 t = vector_in(stereo["t_right_left"]);
   CHECK((lecalib::so3_log(R) - Vec3(0.01, -0.05, 0)).norm() <= 1e-9);
   CHECK((t - Vec3(-0.1, 0.01, 0)).norm() <= 1e-12);
-  const auto left = parsed(folder / "pair/left/truth.json")["poses"];
-  const auto right = parsed(folder / "pair/right/truth.json")["poses"];
+  const auto left = json_of(folder / "pair/left/truth.json")["poses"];
+  const auto right = json_of(folder / "pair/right/truth.json")["poses"];
   REQUIRE(left["t"].size() == right["t"].size());
   CHECK(left["t_us"] == right["t_us"]);
   for (std::size_t i = 0; i < left["t"].size(); ++i) {

@@ -11,6 +11,7 @@
 #include "lecalib/host/simulator_truth.hpp"
 #include "lecalib/math/camera_model.hpp"
 #include "lecalib/math/so3.hpp"
+#include "support/json_file.hpp"
 #include "support/temporary_folder.hpp"
 
 using namespace lecalib;
@@ -162,7 +163,7 @@ TEST_CASE("write_recording: model and truth read back and agree with the camera 
   CHECK(model.value().names == recording.value().model.names);
   CHECK(read_text_file(folder / "new/events.raw").value().size() > 2 * recording.value().events.size());
 
-  const auto truth = nlohmann::json::parse(read_text_file(folder / "new/truth.json").value());
+  const auto truth = test::json_of(folder / "new/truth.json");
   Camera camera;
   camera.width = truth["camera"]["width"];
   camera.height = truth["camera"]["height"];
