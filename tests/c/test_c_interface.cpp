@@ -2,15 +2,13 @@
 #include <doctest/doctest.h>
 
 #include <cstddef>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
 #include "c/run_in_c.h"
-#include "lecalib/events/event_stream.hpp"
 #include "lecalib/pipeline/mono_calibrator.hpp"
 #include "support/alloc_counter.hpp"
+#include "support/read_events.hpp"
 #include "support/shared_data.hpp"
 
 using namespace lecalib;
@@ -25,20 +23,7 @@ constexpr lecalib_model_line kBox[] = {
     {{0, 0, 0}, {0, 0, 0.25}}, {{0.4, 0, 0}, {0.4, 0, 0.25}},  {{0, 0.3, 0}, {0, 0.3, 0.25}}};
 
 /// The events of the firmware example's recording.
-std::vector<Event> clip_events() {
-  std::ifstream file(test::source_dir() / "examples/firmware/clip.raw", std::ios::binary);
-  const std::vector<char> text((std::istreambuf_iterator<char>(file)), {});
-  const std::vector<std::uint8_t> bytes(text.begin(), text.end());
-  EventStreamDecoder decoder;
-  Span<const std::uint8_t> input(bytes);
-  std::vector<Event> events;
-  std::vector<Event> chunk(4096);
-  for (std::size_t count = 1; count > 0;) {
-    REQUIRE_FALSE(is_error(decoder.decode(&input, chunk, &count)));
-    events.insert(events.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(count));
-  }
-  return events;
-}
+std::vector<Event> clip_events() { return test::read_events(test::source_dir() / "examples/firmware/clip.raw"); }
 
 std::vector<lecalib_event> in_c(const std::vector<Event>& events) {
   std::vector<lecalib_event> out;

@@ -5,13 +5,11 @@
 
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
-#include "lecalib/events/event_stream.hpp"
 #include "support/alloc_counter.hpp"
+#include "support/read_events.hpp"
 #include "support/shared_data.hpp"
 
 using namespace lecalib;
@@ -39,21 +37,6 @@ struct Memory {
   std::vector<std::max_align_t> block;
   std::size_t size;
 };
-
-std::vector<Event> read_events(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::vector<char> text((std::istreambuf_iterator<char>(file)), {});
-  const std::vector<std::uint8_t> bytes(text.begin(), text.end());
-  EventStreamDecoder decoder;
-  Span<const std::uint8_t> input(bytes);
-  std::vector<Event> events;
-  std::vector<Event> chunk(4096);
-  for (std::size_t count = 1; count > 0;) {
-    REQUIRE_FALSE(is_error(decoder.decode(&input, chunk, &count)));
-    events.insert(events.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(count));
-  }
-  return events;
-}
 
 /// Pushes everything and steps to the end, without touching the heap. @return what the last step() said
 Status run(MonoCalibrator* calibrator, Span<const Event> events) {
@@ -197,7 +180,7 @@ TEST_CASE("a recording of a box calibrates its camera without a hint, without th
     MESSAGE("skipped: no shared data");
     return;
   }
-  const std::vector<Event> events = read_events(*data / "sim" / "02_box_davis346_sweep" / "events.raw");
+  const std::vector<Event> events = test::read_events(*data / "sim" / "02_box_davis346_sweep" / "events.raw");
   REQUIRE(events.size() == 574933);
   Capacities c = small_capacities();
   c.windows = 64;
