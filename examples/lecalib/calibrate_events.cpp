@@ -123,6 +123,11 @@ void report_counts(const std::vector<std::unique_ptr<EventSource>>& sources, con
   add(&diagnostics->dropped, "events_cut", stats.windows.cut);
   add(&diagnostics->dropped, "lines", stats.lines_dropped);
   add(&diagnostics->dropped, "crossings", stats.crossings_dropped);
+  if (stats.edges_used) {
+    add(&diagnostics->dropped, "matches_without_edge", stats.edges.without_edge);
+    add(&diagnostics->dropped, "edges_blurred", stats.edges.blurred);
+    add(&diagnostics->dropped, "edges_faint", stats.edges.faint);
+  }
   diagnostics->cpu_ms.push_back({prefix + "decode", to_milliseconds(decode_ns)});
   for (std::size_t i = 0; i < kNumDetectorStages; ++i) {
     diagnostics->cpu_ms.push_back(
