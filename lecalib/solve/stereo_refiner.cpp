@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "lecalib/math/cholesky.hpp"
 #include "lecalib/math/packed_cholesky.hpp"
@@ -64,8 +63,16 @@ Status StereoRefiner::init(const StereoCamera& left, const StereoCamera& right, 
     return Status::capacity_exceeded;
   }
   std::size_t tied = 0;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const std::uint32_t index[kSides] = {pairs[i].left, pairs[i].right};
+  if (const Status status = tie_views(&tied); status != Status::ok) return status;
+  if (tied == 0) return Status::too_few_lines;
+  place_right_views();
+  return linearise() ? Status::ok : Status::numerical_failure;
+}
+
+/// @param tied how many pairs have both views in use
+Status StereoRefiner::tie_views(std::size_t* tied) {
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const std::uint32_t index[kSides] = {pairs_[i].left, pairs_[i].right};
     bool both_used = true;
     for (std::size_t side = 0; side < kSides; ++side) {
       const Span<RefineView> views = cameras_[side].refiner->views();
@@ -78,11 +85,9 @@ Status StereoRefiner::init(const StereoCamera& left, const StereoCamera& right, 
     for (std::size_t side = 0; side < kSides; ++side) {
       workspace_.partner[side][index[side]] = static_cast<std::uint32_t>(i);
     }
-    ++tied;
+    ++*tied;
   }
-  if (tied == 0) return Status::too_few_lines;
-  place_right_views();
-  return linearise() ? Status::ok : Status::numerical_failure;
+  return Status::ok;
 }
 
 const StereoPair* StereoRefiner::pair_of(std::size_t side, std::size_t view) const {

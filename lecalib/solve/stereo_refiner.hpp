@@ -117,6 +117,7 @@ class StereoRefiner {
   }
   [[nodiscard]] std::size_t first_between() const { return first_intrinsic(kSides); }
   [[nodiscard]] std::size_t size() const { return first_between() + 6; }
+  Status tie_views(std::size_t* tied);
   [[nodiscard]] const StereoPair* pair_of(std::size_t side, std::size_t view) const;
   [[nodiscard]] Mat6 right_by_left() const;
 
