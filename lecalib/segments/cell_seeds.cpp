@@ -139,17 +139,21 @@ class FreeEvents {
   FreeEvents(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner, float ox, float oy) {
     const std::uint32_t upper = cloud.cell_start[block + 2] - cloud.cell_start[block];
     const std::uint32_t lower = cloud.cell_start[block + cloud.cols + 2] - cloud.cell_start[block + cloud.cols];
-    stride_ = 1 + (upper + lower) / kMaxCount;
-    all_ = static_cast<float>(upper + lower);
+    const std::uint32_t stride = 1 + (upper + lower) / kMaxCount;
+    std::size_t count = 0;
     for (const std::uint32_t cell : {block, block + cloud.cols}) {
       const std::uint32_t end = cloud.cell_start[cell + 2];
-      for (std::uint32_t i = cloud.cell_start[cell]; i < end; i += stride_) {
-        if (owner[i] != 0) continue;
-        x_[count_] = static_cast<float>(cloud.x[i]) - ox;
-        y_[count_] = static_cast<float>(cloud.y[i]) - oy;
-        t_[count_++] = cloud.tau(i);
+      const std::uint8_t* const owner_of = owner.data();
+      for (std::uint32_t i = cloud.cell_start[cell]; i < end; i += stride) {
+        if (owner_of[i] != 0) continue;
+        x_[count] = static_cast<float>(cloud.x[i]) - ox;
+        y_[count] = static_cast<float>(cloud.y[i]) - oy;
+        t_[count++] = cloud.tau(i);
       }
     }
+    stride_ = stride;
+    all_ = static_cast<float>(upper + lower);
+    count_ = count;
   }
 
   [[nodiscard]] std::size_t count() const { return count_; }

@@ -135,18 +135,24 @@ class ShapeFitter {
   void list_events() {
     const float margin = weight_band(line_.thickness_px) + kShapeMarginPx;
     std::uint32_t stride = std::max<std::uint32_t>(1, line_.events / std::max<std::uint32_t>(1, options_.max_events));
-    const std::uint8_t* const owner_of = ws_.owner.data();
+    const EventList list(ws_);
     const std::uint8_t id = line_.id;
-    const bool is_shared = !shared_.empty();
     const LineShape shape = shape_;
+    const bool is_shared = !shared_.empty();
     listed_ =
-        list_near_line(cloud_, line_, {shape_.low_px(), shape_.high_px(), margin}, ws_, &stride, [&](LineEvent& event) {
-          const std::uint8_t owner = owner_of[event.index];
-          if (owner != 0 && owner != id) return false;
-          if (is_shared && shared_.hold(line_, event.along_px, event.tau)) return false;
-          event.along_px = shape.position(event.along_px);
-          return true;
+        list_near_line(cloud_, line_, {shape.low_px(), shape.high_px(), margin}, ws_, &stride, [&](LineEvent& event) {
+          const std::uint8_t owner = list.owner[event.index];
+          if (!is_shared) event.along_px = shape.position(event.along_px);
+          return owner == 0 || owner == id;
         });
+    if (!is_shared) return;
+    std::size_t kept = 0;
+    for_each_clear(shared_, line_, list, 0, listed_, [&](std::size_t k) {
+      list.along[kept] = shape.position(list.along[k]);
+      list.across[kept] = list.across[k];
+      list.tau[kept++] = list.tau[k];
+    });
+    listed_ = kept;
   }
 
   /// Sums up the residuals of one in `step` of the listed events.
