@@ -136,24 +136,33 @@ void keep(const SeedWorkspace& ws, const CellSeed& seed, std::size_t* count, std
 /// The free events of a block, x and y from its middle; of many, an even share.
 class FreeEvents {
  public:
-  FreeEvents(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner, float ox, float oy) {
-    const std::uint32_t upper = cloud.cell_start[block + 2] - cloud.cell_start[block];
-    const std::uint32_t lower = cloud.cell_start[block + cloud.cols + 2] - cloud.cell_start[block + cloud.cols];
-    const std::uint32_t stride = 1 + (upper + lower) / kMaxCount;
+  FreeEvents(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner)
+      : cloud_(cloud), owner_(owner.data()), cells_{block, block + cloud.cols} {
+    std::uint32_t all = 0;
+    for (const std::uint32_t cell : cells_) all += cloud.cell_start[cell + 2] - cloud.cell_start[cell];
+    const std::uint32_t stride = 1 + all / kMaxCount;
+    // Most blocks have none, so they are counted before any is listed.
     std::size_t count = 0;
-    for (const std::uint32_t cell : {block, block + cloud.cols}) {
+    for (const std::uint32_t cell : cells_) {
       const std::uint32_t end = cloud.cell_start[cell + 2];
-      const std::uint8_t* const owner_of = owner.data();
-      for (std::uint32_t i = cloud.cell_start[cell]; i < end; i += stride) {
-        if (owner_of[i] != 0) continue;
-        x_[count] = static_cast<float>(cloud.x[i]) - ox;
-        y_[count] = static_cast<float>(cloud.y[i]) - oy;
-        t_[count++] = cloud.tau(i);
-      }
+      for (std::uint32_t i = cloud.cell_start[cell]; i < end; i += stride) count += owner_[i] == 0 ? 1 : 0;
     }
     stride_ = stride;
-    all_ = static_cast<float>(upper + lower);
+    all_ = static_cast<float>(all);
     count_ = count;
+  }
+
+  void list(float ox, float oy) {
+    std::size_t k = 0;
+    for (const std::uint32_t cell : cells_) {
+      const std::uint32_t end = cloud_.cell_start[cell + 2];
+      for (std::uint32_t i = cloud_.cell_start[cell]; i < end; i += stride_) {
+        if (owner_[i] != 0) continue;
+        x_[k] = static_cast<float>(cloud_.x[i]) - ox;
+        y_[k] = static_cast<float>(cloud_.y[i]) - oy;
+        t_[k++] = cloud_.tau(i);
+      }
+    }
   }
 
   [[nodiscard]] std::size_t count() const { return count_; }
@@ -179,6 +188,9 @@ class FreeEvents {
  private:
   static constexpr std::uint32_t kMaxCount = 160;
 
+  const EventCloud& cloud_;
+  const std::uint8_t* owner_;
+  std::uint32_t cells_[2];  // the left one of each row
   std::uint32_t stride_;
   float all_;
   std::size_t count_ = 0;
@@ -272,8 +284,9 @@ bool refine_seed(const EventCloud& cloud, const SeedOptions& options, const Cell
   const std::size_t cell = seed.block - (is_on ? cloud.cells() : 0);
   const float ox = cell_centre(cell % cloud.cols) + kHalfCell;
   const float oy = cell_centre(cell / cloud.cols) + kHalfCell;
-  const FreeEvents events(cloud, seed.block, owner, ox, oy);
+  FreeEvents events(cloud, seed.block, owner);
   if (events.share() < kMinFreeShare) return false;
+  events.list(ox, oy);
   const float weight = events.weight();
   CellMoments m{};
   BlockEdge edge{};

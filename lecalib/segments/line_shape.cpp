@@ -162,7 +162,7 @@ class ShapeFitter {
     const LineShape shape = shape_;  // the sums could be it, or the lists, for all that the compiler knows
     const EventList list(ws_);
     float weighted_square = 0;
-    weight_ = 0;
+    float all_weight = 0;
     for (std::size_t k = 0; k < listed_; k += step) {
       const float u = list.along[k];
       const float tau = list.tau[k];
@@ -171,8 +171,9 @@ class ShapeFitter {
       if (weight <= 0) continue;
       cells_.add(u, tau, weight, r);
       weighted_square += weight * r * r;
-      weight_ += weight;
+      all_weight += weight;
     }
+    weight_ = all_weight;
     if (weight_ > 0) variance_ = std::max(weighted_square / (weight_ * kWeightedVariance), 1e-4F);
   }
 
