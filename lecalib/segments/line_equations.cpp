@@ -135,9 +135,8 @@ void LineEquations::add(const ListedEvents& events) noexcept {
   lanes.add_to(sums_);
 }
 
-WeightedSupport LineEquations::add_near(const ListedEvents& events, const MovingLine& of, float band_px) noexcept {
+WeightedSupport LineEquations::add_near(const ListedEvents& events, const MovingLine& line, float band_px) noexcept {
   const float per_band = 1 / band_px;
-  const MovingLine line = of;  // sums could be it, for all that the compiler knows
   Lanes lanes;
   lanes.visit(events, [&](float s_px, float t, float d, [[maybe_unused]] float present, auto&& sums) {
     const float r = (d - line.offset(s_px, t)) * per_band;

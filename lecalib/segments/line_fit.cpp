@@ -315,13 +315,14 @@ class LineFitter {
     line_.id = claim_.id;
     EdgeRow row(line_, ws_.histogram);
     const float claimed = claimed_band(line_.thickness_px);  // wider than the row's
-    EdgeRow copy = row;                                      // of the same memory; no owner's mark changes it
+    // The same row by values that no owner's mark could change, for all that the compiler knows.
+    EdgeRow pixels = row;
     std::uint8_t* const owner = ws_.owner.data();
     const std::uint8_t id = claim_.id;
     const OwnerFilter is_free = claim_.may_take;
     for_each_near_line(cloud_, line_, line_.lowest() - kBeyondEndsPx, line_.highest() + kBeyondEndsPx, claimed,
                        line_.polarities, 1, [&](const LineEvent& event) {
-                         copy.add(event);
+                         pixels.add(event);
                          std::uint8_t& mark = owner[event.index];
                          if (is_free(mark) || may_share(mark, event)) mark = id;
                        });

@@ -105,7 +105,7 @@ std::uint32_t SharedStretches::hold_each(const MovingLine& line, const float* s_
   }
   std::uint32_t held = 0;
   for (int i = 0; i < count_; ++i) {
-    const MovingLine other = *others_[i];
+    const MovingLine& other = *others_[i];
     const float low = other.lowest();
     const float high = other.highest();
     const float reach = reach_px_[i];
