@@ -58,12 +58,12 @@ Status fast_detector(const EventCloud& cloud, const DetectorOptions& options, co
   stats->guesses = static_cast<std::uint32_t>(num_seeds);
   LineCollector lines(cloud, options, ws, stats);
   std::uint32_t failures = 0;
+  MovingLine line;
   for (const CellSeed& seed : ws.seeds.seeds.first(num_seeds)) {
     if (lines.full() || failures > options.max_failures) {
       ++stats->guesses_dropped;
       continue;
     }
-    MovingLine line;
     if (has_failed(cloud, ws.seeds, seed) || !refine_seed(cloud, options.seeds, seed, ws.fit.owner, &line)) continue;
     if (lines.add(line)) continue;
     mark_failed(cloud, ws.seeds, seed);

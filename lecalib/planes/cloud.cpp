@@ -17,8 +17,10 @@ constexpr std::uint32_t kMaxQuietCount = 127;
 /// Visits the events that lie on the sensor.
 template <class Visit>
 void for_each_inside(Span<const Event> events, const CloudOptions& options, Visit visit) {
+  const std::uint16_t width = options.width;  // visit may write what could be the options
+  const std::uint16_t height = options.height;
   for (const Event& event : events) {
-    if (event.x < options.width && event.y < options.height) visit(event);
+    if (event.x < width && event.y < height) visit(event);
   }
 }
 
@@ -89,20 +91,25 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
   const std::size_t cells = cloud_cells(options.width, options.height);
   if (workspace.cell_start.size() < 2 * cells + 1 || workspace.x.empty()) return Status::buffer_too_small;
 
-  std::size_t inside = 0;
-  for_each_inside(window.events, options, [&](const Event&) { ++inside; });
-  const std::size_t kept = std::min(inside, workspace.x.size());
-  stats->events = static_cast<std::uint32_t>(window.events.size());
-  stats->outside_sensor = static_cast<std::uint32_t>(window.events.size() - inside);
-  stats->thinned = static_cast<std::uint32_t>(inside - kept);
-
   // Counts stand one place ahead: once they are summed up start[c + 1] is where cell c begins, and the scatter moves it
   // to where cell c ends, which is where cell c + 1 begins.
   const Span<std::uint32_t> start = workspace.cell_start.first(2 * cells + 1);
   for (std::uint32_t& count : start) count = 0;
   const auto cols = static_cast<std::size_t>((options.width + kCloudCellPx - 1) >> kCloudCellShift);
-  for_each_kept(window.events, options, inside, kept,
-                [&](const Event& event) { ++start[cell_of(event, cols, cells) + 1]; });
+  const auto count_event = [&](const Event& event) { ++start[cell_of(event, cols, cells) + 1]; };
+  std::size_t inside = 0;
+  for_each_inside(window.events, options, [&](const Event& event) {
+    count_event(event);
+    ++inside;
+  });
+  const std::size_t kept = std::min(inside, workspace.x.size());
+  stats->events = static_cast<std::uint32_t>(window.events.size());
+  stats->outside_sensor = static_cast<std::uint32_t>(window.events.size() - inside);
+  stats->thinned = static_cast<std::uint32_t>(inside - kept);
+  if (kept < inside) {
+    for (std::uint32_t& count : start) count = 0;
+    for_each_kept(window.events, options, inside, kept, count_event);
+  }
   set_starts(start);
 
   const std::int64_t window_us = window.end_us - window.begin_us;
@@ -118,11 +125,14 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
   const float ticks_per_unit = static_cast<float>(kCloudTicks) / static_cast<float>(window_us >> shift);
   for_each_kept(window.events, options, inside, kept, [&](const Event& event) {
     const std::uint32_t i = start[cell_of(event, cols, cells) + 1]++;
-    const std::int64_t since_us = std::clamp<std::int64_t>(event.t_us - window.begin_us, 0, window_us);
-    const float t = static_cast<float>(static_cast<std::int32_t>(since_us >> shift)) * ticks_per_unit + 0.5F;
+    std::int64_t since_us = event.t_us - window.begin_us;
+    if (static_cast<std::uint64_t>(since_us) > static_cast<std::uint64_t>(window_us))
+      since_us = since_us < 0 ? 0 : window_us;
+    const auto units = static_cast<std::int32_t>(shift == 0 ? since_us : since_us >> shift);
+    const float t = static_cast<float>(units) * ticks_per_unit + 0.5F;
     workspace.x[i] = event.x;
     workspace.y[i] = event.y;
-    workspace.t[i] = static_cast<std::uint16_t>(std::min(t, static_cast<float>(kCloudTicks)));
+    workspace.t[i] = static_cast<std::uint16_t>(t);  // at most kCloudTicks: three roundings add less than half
   });
 
   cloud->x = {workspace.x.data(), kept};

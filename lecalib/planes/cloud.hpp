@@ -45,7 +45,7 @@ constexpr bool carve(Carver& carver, const CloudCapacities& capacities, CloudWor
          carver.carve(2 * cloud_cells(capacities.width, capacities.height) + 1, &out->cell_start);
 }
 
-/// Sorts the window's events into the grid by a stable counting sort, two passes.
+/// Sorts the window's events into the grid by a stable counting sort, two passes; a third where it is thinned.
 /// Events that precede the window (the sensor's own disorder) are put at its begin.
 /// @param[out] cloud  views into the workspace; unchanged unless ok
 /// @param[out] stats  always written; may be null

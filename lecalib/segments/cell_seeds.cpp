@@ -41,8 +41,10 @@ void add_event(CellMoments* m, float x, float y, float t) {
   m->tt += t * t;
 }
 
-/// Adds a cell's sums to a block's, whose origin lies (-dx, -dy) from the cell's.
+/// Adds a cell's sums to a block's, whose origin lies (-dx, -dy) from the cell's. Those of an empty cell may be
+/// anything.
 void add_cell(CellMoments* m, const CellMoments& cell, float dx, float dy) {
+  if (!(cell.n > 0)) return;
   m->n += cell.n;
   m->x += cell.x + cell.n * dx;
   m->y += cell.y + cell.n * dy;
@@ -58,7 +60,7 @@ void add_cell(CellMoments* m, const CellMoments& cell, float dx, float dy) {
 /// @return false when the events have no direction
 bool edge_of(const CellMoments& m, BlockEdge* out) {
   const float inverse = 1 / m.n;
-  BlockEdge edge{};
+  BlockEdge edge;  // NOLINT(cppcoreguidelines-pro-type-member-init): all of it is written
   edge.mx = m.x * inverse;
   edge.my = m.y * inverse;
   edge.mt = m.t * inverse;
@@ -90,29 +92,38 @@ bool edge_of(const CellMoments& m, BlockEdge* out) {
 
 float cell_centre(std::size_t index) { return static_cast<float>(index) * kCell + kHalfCell - 0.5F; }
 
-/// Sums of one row of cells of one polarity.
+/// Sums of one row of cells of one polarity; of empty ones n alone.
 void sum_row(const EventCloud& cloud, std::size_t first_cell, std::size_t row, CellMoments* out) {
   const float oy = cell_centre(row);
+  const std::uint32_t* const start = cloud.cell_start.data() + first_cell + row * cloud.cols;
   for (std::size_t col = 0; col < cloud.cols; ++col) {
+    const std::uint32_t first = start[col];
+    const std::uint32_t end = start[col + 1];
+    if (first == end) {
+      out[col].n = 0;
+      continue;
+    }
     CellMoments m{};
-    const std::size_t cell = first_cell + row * cloud.cols + col;
     const float ox = cell_centre(col);
-    for (std::uint32_t i = cloud.cell_start[cell]; i < cloud.cell_start[cell + 1]; ++i) {
+    for (std::uint32_t i = first; i < end; ++i) {
       add_event(&m, static_cast<float>(cloud.x[i]) - ox, static_cast<float>(cloud.y[i]) - oy, cloud.tau(i));
     }
     out[col] = m;
   }
 }
 
-bool better(const CellSeed& a, const CellSeed& b) {
-  return a.score > b.score || (a.score == b.score && a.block < b.block);
-}
+struct Better {
+  bool operator()(const CellSeed& a, const CellSeed& b) const {
+    return a.score > b.score || (a.score == b.score && a.block < b.block);
+  }
+};
+constexpr Better better;
 
-/// Keeps the best seeds of a full heap.
+/// Keeps the best seeds: in a heap, once there are as many as find room.
 void keep(const SeedWorkspace& ws, const CellSeed& seed, std::size_t* count, std::uint32_t* dropped) {
   if (*count < ws.seeds.size()) {
     ws.seeds[(*count)++] = seed;
-    std::push_heap(ws.seeds.begin(), ws.seeds.begin() + *count, better);
+    if (*count == ws.seeds.size()) std::make_heap(ws.seeds.begin(), ws.seeds.end(), better);
     return;
   }
   ++*dropped;
@@ -125,18 +136,31 @@ void keep(const SeedWorkspace& ws, const CellSeed& seed, std::size_t* count, std
 /// The free events of a block, x and y from its middle; of many, an even share.
 class FreeEvents {
  public:
-  FreeEvents(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner, float ox, float oy) {
-    const std::uint32_t upper = cloud.cell_start[block + 2] - cloud.cell_start[block];
-    const std::uint32_t lower = cloud.cell_start[block + cloud.cols + 2] - cloud.cell_start[block + cloud.cols];
-    stride_ = 1 + (upper + lower) / kMaxCount;
-    all_ = static_cast<float>(upper + lower);
-    for (const std::uint32_t cell : {block, block + cloud.cols}) {
+  FreeEvents(const EventCloud& cloud, std::uint32_t block, Span<const std::uint8_t> owner)
+      : cloud_(cloud), owner_(owner.data()), cells_{block, block + cloud.cols} {
+    std::uint32_t all = 0;
+    for (const std::uint32_t cell : cells_) all += cloud.cell_start[cell + 2] - cloud.cell_start[cell];
+    const std::uint32_t stride = 1 + all / kMaxCount;
+    // Most blocks have none, so they are counted before any is listed.
+    std::size_t count = 0;
+    for (const std::uint32_t cell : cells_) {
       const std::uint32_t end = cloud.cell_start[cell + 2];
-      for (std::uint32_t i = cloud.cell_start[cell]; i < end; i += stride_) {
-        if (owner[i] != 0) continue;
-        x_[count_] = static_cast<float>(cloud.x[i]) - ox;
-        y_[count_] = static_cast<float>(cloud.y[i]) - oy;
-        t_[count_++] = cloud.tau(i);
+      for (std::uint32_t i = cloud.cell_start[cell]; i < end; i += stride) count += owner_[i] == 0 ? 1 : 0;
+    }
+    stride_ = stride;
+    all_ = static_cast<float>(all);
+    count_ = count;
+  }
+
+  void list(float ox, float oy) {
+    std::size_t k = 0;
+    for (const std::uint32_t cell : cells_) {
+      const std::uint32_t end = cloud_.cell_start[cell + 2];
+      for (std::uint32_t i = cloud_.cell_start[cell]; i < end; i += stride_) {
+        if (owner_[i] != 0) continue;
+        x_[k] = static_cast<float>(cloud_.x[i]) - ox;
+        y_[k] = static_cast<float>(cloud_.y[i]) - oy;
+        t_[k++] = cloud_.tau(i);
       }
     }
   }
@@ -164,6 +188,9 @@ class FreeEvents {
  private:
   static constexpr std::uint32_t kMaxCount = 160;
 
+  const EventCloud& cloud_;
+  const std::uint8_t* owner_;
+  std::uint32_t cells_[2];  // the left one of each row
   std::uint32_t stride_;
   float all_;
   std::size_t count_ = 0;
@@ -236,7 +263,7 @@ std::size_t rank_seeds(const EventCloud& cloud, const SeedOptions& options, cons
         add_cell(&m, above[col + 1], kHalfCell, -kHalfCell);
         add_cell(&m, below[col], -kHalfCell, kHalfCell);
         add_cell(&m, below[col + 1], kHalfCell, kHalfCell);
-        BlockEdge edge{};
+        BlockEdge edge;  // NOLINT(cppcoreguidelines-pro-type-member-init): written, or not read
         if (!edge_of(m, &edge)) continue;
         const float score = (edge.along - edge.across) / (edge.across + kScoreFloorPx2) * std::sqrt(n);
         if (score <= options.min_score) continue;
@@ -245,6 +272,7 @@ std::size_t rank_seeds(const EventCloud& cloud, const SeedOptions& options, cons
       std::swap(above, below);
     }
   }
+  if (count < workspace.seeds.size()) std::make_heap(workspace.seeds.begin(), workspace.seeds.begin() + count, better);
   std::sort_heap(workspace.seeds.begin(), workspace.seeds.begin() + count, better);
   std::fill(workspace.failures.begin(), workspace.failures.end(), std::uint8_t{0});
   return count;
@@ -256,8 +284,9 @@ bool refine_seed(const EventCloud& cloud, const SeedOptions& options, const Cell
   const std::size_t cell = seed.block - (is_on ? cloud.cells() : 0);
   const float ox = cell_centre(cell % cloud.cols) + kHalfCell;
   const float oy = cell_centre(cell / cloud.cols) + kHalfCell;
-  const FreeEvents events(cloud, seed.block, owner, ox, oy);
+  FreeEvents events(cloud, seed.block, owner);
   if (events.share() < kMinFreeShare) return false;
+  events.list(ox, oy);
   const float weight = events.weight();
   CellMoments m{};
   BlockEdge edge{};

@@ -54,57 +54,47 @@ class NearBlock {
         s1_(s1),
         band_px_(band_px) {}
 
-  /// Calls visit for those among the events first, first + stride, ..., at most kNearBlock, that are near.
+  /// Calls visit for those among the events first, first + stride, ... below `end` that are near.
   template <class Visit>
-  void look(const EventCloud& cloud, std::uint32_t first, std::uint32_t stride, std::size_t count, Visit& visit) {
-    // Most events of the cells are not near, and which are is not to be guessed: no branch on it.
-    std::size_t found = 0;
+  void look(const EventCloud& cloud, std::uint32_t first, std::uint32_t end, std::uint32_t stride, Visit& visit) {
     if constexpr (kSideBySide) {
-      const std::uint16_t* x = cloud.x.data() + first;
-      const std::uint16_t* y = cloud.y.data() + first;
-      const std::uint16_t* t = cloud.t.data() + first;
-      if (stride > 1 || first + kNearBlock > cloud.size()) {
-        for (std::size_t k = 0; k < count; ++k) {
-          x_[k] = x[stride * k];
-          y_[k] = y[stride * k];
-          t_[k] = t[stride * k];
+      while (first < end) {
+        const std::size_t count = std::min<std::size_t>((end - first + stride - 1) / stride, kNearBlock);
+        // Which of a cell's events are near is not to be guessed: no branch on it.
+        for (std::uint32_t near = find(cloud, first, stride, count); near != 0; near &= near - 1) {
+          const auto k = static_cast<std::uint32_t>(__builtin_ctz(near));
+          visit(LineEvent{first + stride * k, along_[k], across_[k], tau_[k], residual_[k]});
         }
-        x = x_, y = y_, t = t_;
+        first += stride * static_cast<std::uint32_t>(count);
       }
-      for (std::size_t k = 0; k < kNearBlock; ++k) near_[k] = place(x[k], y[k], t[k], k);
-      for (std::size_t k = 0; k < count; ++k) {
-        found_[found] = static_cast<std::uint32_t>(k);
-        found += near_[k];
-      }
-      for (std::size_t n = 0; n < found; ++n) visit(event(first + stride * found_[n], found_[n]));
     } else {
-      for (std::size_t k = 0; k < count; ++k) {
-        const std::size_t i = first + stride * k;
-        found_[found] = static_cast<std::uint32_t>(i);
-        found += place(cloud.x[i], cloud.y[i], cloud.t[i], found);
+      // What visit writes could be these, for all that the compiler knows.
+      const std::uint16_t* const x = cloud.x.data();
+      const std::uint16_t* const y = cloud.y.data();
+      const std::uint16_t* const t = cloud.t.data();
+      for (std::uint32_t i = first; i < end; i += stride) {
+        const float s = along(x[i], y[i]);
+        if (!(s >= s0_) || !(s < s1_)) continue;
+        const float tau = EventCloud::tau_of(t[i]);
+        const float d = across(x[i], y[i]);
+        const float r = residual(s, d, tau);
+        if (std::fabs(r) <= band_px_) visit(LineEvent{i, s, d, tau, r});
       }
-      for (std::size_t n = 0; n < found; ++n) visit(event(found_[n], n));
     }
   }
 
  private:
-  std::uint32_t place(std::uint16_t px, std::uint16_t py, std::uint16_t ticks, std::size_t at) noexcept {
-    const auto x = static_cast<float>(px);
-    const auto y = static_cast<float>(py);
-    const float tau = EventCloud::tau_of(ticks);
-    const float s = x * ux_ + y * uy_ - along_origin_;
-    const float d = y * ux_ - x * uy_ - across_origin_;
-    const float r = d - (offset_ + s * (slope_ + s * bend_) + tau * (motion_ + s * turn_));
-    along_[at] = s;
-    across_[at] = d;
-    tau_[at] = tau;
-    residual_[at] = r;
-    return static_cast<std::uint32_t>(s >= s0_) & static_cast<std::uint32_t>(s < s1_) &
-           static_cast<std::uint32_t>(std::fabs(r) <= band_px_);
-  }
+  /// Places events, at most kNearBlock. @return a bit for each that is near
+  std::uint32_t find(const EventCloud& cloud, std::uint32_t first, std::uint32_t stride, std::size_t count) noexcept;
 
-  [[nodiscard]] LineEvent event(std::uint32_t index, std::size_t at) const noexcept {
-    return {index, along_[at], across_[at], tau_[at], residual_[at]};
+  [[nodiscard]] float along(std::uint16_t x, std::uint16_t y) const noexcept {
+    return static_cast<float>(x) * ux_ + static_cast<float>(y) * uy_ - along_origin_;
+  }
+  [[nodiscard]] float across(std::uint16_t x, std::uint16_t y) const noexcept {
+    return static_cast<float>(y) * ux_ - static_cast<float>(x) * uy_ - across_origin_;
+  }
+  [[nodiscard]] float residual(float s, float d, float tau) const noexcept {
+    return d - (offset_ + s * (slope_ + s * bend_) + tau * (motion_ + s * turn_));
   }
 
   float ux_, uy_, along_origin_, across_origin_;
@@ -112,7 +102,6 @@ class NearBlock {
   float s0_, s1_, band_px_;
   std::uint16_t x_[kNearBlock] = {}, y_[kNearBlock] = {}, t_[kNearBlock] = {};
   float along_[kNearBlock], across_[kNearBlock], tau_[kNearBlock], residual_[kNearBlock];
-  std::uint32_t near_[kNearBlock], found_[kNearBlock];
 };
 
 /// The image area that a line's piece sweeps in the window: a quadrilateral.
@@ -206,11 +195,7 @@ void for_each_near_line(const EventCloud& cloud, const MovingLine& line, float s
         const std::uint32_t end = cells[last_col + 1];
         std::uint32_t i = cells[first_col];
         if (stride > 1) i = (i + stride - 1) / stride * stride;
-        while (i < end) {
-          const std::size_t count = std::min<std::size_t>((end - i + stride - 1) / stride, detail::kNearBlock);
-          block.look(cloud, i, stride, count, visit);
-          i += stride * static_cast<std::uint32_t>(count);
-        }
+        block.look(cloud, i, end, stride, visit);
       }
     }
   }

@@ -45,17 +45,14 @@ GapMotion EdgeRow::find_gaps(const GapOptions& options) const noexcept {
   return found;
 }
 
-unsigned EdgeRow::fired_pixels(unsigned slices, int motion_px, int word) const noexcept {
+EdgeRow::Slices::Slices(const EdgeRow& row, unsigned slices, int motion_px) noexcept {
   static_assert(kMaxMotionPx < kWordPx, "no slice moves further than into the next word");
-  unsigned fired = 0;
   for (int slice = 0; slice < kSlices; ++slice) {
     if ((slices >> static_cast<unsigned>(slice) & 1U) == 0) continue;
     const int px = kWordPx + motion_px * (2 * slice + 1 - kSlices) / (2 * kSlices);
-    const std::uint16_t* const at =
-        &bits_[static_cast<std::size_t>(slice) * stride_ + static_cast<std::size_t>(word + px / kWordPx)];
-    fired |= (at[0] | static_cast<unsigned>(at[1]) << kWordPx) >> px % kWordPx;
+    first_[count_] = row.bits_.data() + static_cast<std::size_t>(slice) * row.stride_ + px / kWordPx;
+    shift_[count_++] = static_cast<unsigned>(px % kWordPx);
   }
-  return fired;
 }
 
 /// Longest run of pixels that are empty in the window's middle, where no motion moves them: no gap is longer.

@@ -42,14 +42,13 @@ class EdgeRow {
 
   /// Adds an event; those beyond the band or the line's ends are passed over.
   void add(const LineEvent& event) noexcept {
-    // Which events are near is not to be guessed: no branch on it.
-    const unsigned is_near = static_cast<unsigned>(std::fabs(event.residual_px) <= band_px_) &
-                             static_cast<unsigned>(event.along_px >= start_px_) &
-                             static_cast<unsigned>(event.along_px < end_px_);
-    const auto i = static_cast<unsigned>(std::clamp(static_cast<int>(event.along_px - start_px_), 0, size_ - 1));
+    const bool is_near =
+        std::fabs(event.residual_px) <= band_px_ && event.along_px >= start_px_ && event.along_px < end_px_;
+    if (!is_near) return;
+    const auto i = static_cast<unsigned>(std::min(static_cast<int>(event.along_px - start_px_), size_ - 1));
     const int slice = std::min(static_cast<int>((event.tau + 1) * (0.5F * kSlices)), kSlices - 1);
     std::uint16_t& word = bits_[static_cast<std::size_t>(slice) * stride_ + 1 + i / kWordPx];
-    word = static_cast<std::uint16_t>(word | is_near << i % kWordPx);
+    word = static_cast<std::uint16_t>(word | 1U << i % kWordPx);
   }
 
   /// Looks for gaps. The motion is tried in steps, and the one with the clearest gap is taken.
@@ -73,13 +72,34 @@ class EdgeRow {
   static constexpr unsigned kStillSlices = 3U << (kSlices / 2 - 1);  // the two in the middle
   static constexpr int kWordPx = 16;
 
+  /// Some of the slices, displaced by a motion.
+  class Slices {
+   public:
+    Slices(const EdgeRow& row, unsigned slices, int motion_px) noexcept;
+    /// A word's pixels that fired in any of them.
+    [[nodiscard]] unsigned fired_pixels(int word) const noexcept {
+      unsigned fired = 0;
+      for (int i = 0; i < count_; ++i) {
+        const std::uint16_t* const at = first_[i] + word;
+        fired |= (at[0] | static_cast<unsigned>(at[1]) << kWordPx) >> shift_[i];
+      }
+      return fired;
+    }
+
+   private:
+    int count_ = 0;
+    const std::uint16_t* first_[kSlices];  // the word of each that the row's first pixel falls into
+    unsigned shift_[kSlices];              // by so many bits
+  };
+
   /// Calls visit(first, end) for the runs of pixels without events, as the motion lets them appear at mid window.
   template <class Visit>
   void for_each_empty_run(unsigned slices, int motion_px, Visit visit) const {
+    const Slices moved(*this, slices, motion_px);
     int first = -1;  // of the run at hand, if any
     for (int start = 0; start < size_; start += kWordPx) {
       const int pixels = std::min(size_ - start, kWordPx);
-      const unsigned empty = ~fired_pixels(slices, motion_px, start / kWordPx) & ((1U << pixels) - 1);
+      const unsigned empty = ~moved.fired_pixels(start / kWordPx) & ((1U << pixels) - 1);
       for (int at = 0; at < pixels;) {
         if ((empty >> at & 1U) != 0) {
           if (first < 0) first = start + at;
@@ -97,9 +117,6 @@ class EdgeRow {
 
   /// @param bits  above 0
   static int lowest_set_bit(unsigned bits) noexcept { return __builtin_ctz(bits); }
-
-  /// A word's pixels that fired in any of the slices, displaced by the motion.
-  [[nodiscard]] unsigned fired_pixels(unsigned slices, int motion_px, int word) const noexcept;
 
   struct Gaps {
     int least = 0;    // px that a gap must have

@@ -56,6 +56,14 @@ struct Block {
   float s_px[kLanes], d[kLanes], t[kLanes], present[kLanes];
 
   Block(const ListedEvents& events, std::size_t first) {
+    if (first + kLanes <= events.count) {
+      if (events.stride == 1) {
+        take(events, first, 1);
+      } else {
+        take(events, first * events.stride, events.stride);
+      }
+      return;
+    }
     for (int lane = 0; lane < kLanes; ++lane) {
       const std::size_t k = first + static_cast<std::size_t>(lane);
       const std::size_t i = k < events.count ? k * events.stride : 0;
@@ -63,6 +71,16 @@ struct Block {
       d[lane] = events.across[i];
       t[lane] = events.tau[i];
       present[lane] = k < events.count ? 1.0F : 0.0F;
+    }
+  }
+
+ private:
+  void take(const ListedEvents& events, std::size_t from, std::size_t stride) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      s_px[lane] = events.along[from + lane * stride];
+      d[lane] = events.across[from + lane * stride];
+      t[lane] = events.tau[from + lane * stride];
+      present[lane] = 1;
     }
   }
 };
@@ -120,13 +138,19 @@ void LineEquations::add(const ListedEvents& events) noexcept {
 WeightedSupport LineEquations::add_near(const ListedEvents& events, const MovingLine& line, float band_px) noexcept {
   const float per_band = 1 / band_px;
   Lanes lanes;
-  lanes.visit(events, [&](float s_px, float t, float d, float present, auto&& sums) {
+  lanes.visit(events, [&](float s_px, float t, float d, [[maybe_unused]] float present, auto&& sums) {
     const float r = (d - line.offset(s_px, t)) * per_band;
     const float r2 = r * r;
-    const float weight = std::max(1 - r2, 0.0F) * present;
-    add_monomials(s_px, t, d, weight, sums);
-    sums[Lanes::kSquare] += weight * r2;
-    sums[Lanes::kCount] += weight > 0 ? 1.0F : 0.0F;
+    if constexpr (kSideBySide) {
+      const float weight = std::max(1 - r2, 0.0F) * present;
+      add_monomials(s_px, t, d, weight, sums);
+      sums[Lanes::kSquare] += weight * r2;
+      sums[Lanes::kCount] += weight > 0 ? 1.0F : 0.0F;
+    } else if (r2 < 1) {
+      add_monomials(s_px, t, d, 1 - r2, sums);
+      sums[Lanes::kSquare] += (1 - r2) * r2;
+      sums[Lanes::kCount] += 1;
+    }
   });
   lanes.add_to(sums_);
   WeightedSupport support;

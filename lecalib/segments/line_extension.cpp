@@ -13,6 +13,7 @@ namespace {
 struct Holdings {
   std::uint32_t events[kMaxLines + 1] = {};
 
+  Holdings() = default;
   Holdings(Span<const std::uint8_t> owner, std::size_t count) {
     // Neighbours mostly have one owner, and each would wait for the count of the one before: two places in turn.
     const std::size_t half = count / 2;
@@ -49,12 +50,13 @@ void settle_robbed(const EventCloud& cloud, const ExtensionOptions& options, con
 void clear_lines(const EventCloud& cloud, const ExtensionOptions& options, const LineFitOptions& fit_options,
                  const LineWorkspace& workspace, Span<MovingLine> lines, std::size_t* count) {
   const Span<MovingLine> all = lines.first(*count);
-  const Holdings before(workspace.owner, cloud.size());
+  Holdings before;
   bool any = false;
   for (MovingLine& line : all) {
     const OwnEvents own(line.id);
     const SharedStretches shared(options.sharing, all, line, own.filter());
     if (shared.empty()) continue;
+    if (!any) before = Holdings(workspace.owner, cloud.size());
     any = true;
     (void)fit_line(cloud, fit_options, workspace, {line.id, own.filter(), 1, shared}, &line);
   }
@@ -67,7 +69,8 @@ std::size_t extend_lines(const EventCloud& cloud, const ExtensionOptions& option
   GrowthOptions growth = growth_options;
   growth.other_polarity_px = 0;  // a line through others' events has no use for a second reason to go on
   const Span<MovingLine> all = lines.first(*count);
-  const Holdings before(workspace.owner, cloud.size());
+  Holdings before;
+  bool any = false;
   std::size_t extended = 0;
   for (MovingLine& line : all) {
     const OwnEvents own(line.id);
@@ -82,6 +85,8 @@ std::size_t extend_lines(const EventCloud& cloud, const ExtensionOptions& option
     fit.max_thickness_px = std::min(fit.max_thickness_px, options.max_thickening * line.thickness_px);
     fit.min_length_px = std::max(min_line_length(fit, cloud.width, cloud.height), line.length() + options.min_gain_px);
     const FitClaim claim{line.id, own.filter(), 1, {options.sharing, all, longer, own.filter()}};
+    if (!any) before = Holdings(workspace.owner, cloud.size());
+    any = true;
     if (fit_line(cloud, fit, workspace, claim, &longer) != FitOutcome::accepted) continue;
     line = longer;
     ++extended;

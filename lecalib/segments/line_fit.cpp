@@ -26,12 +26,14 @@ constexpr float kInlierSigmas = 2.5F;
 constexpr float kMinInlierPx = 1;
 constexpr float kFlankMarginPx = 0.5F;
 
-constexpr int kMaxBinCount = 65535;   // of a histogram bin; a patch's count is cut there too
+constexpr int kMaxPatchCount = 65535;
 constexpr float kEndDensity = 0.35F;  // of the mean: less is beyond the line's end
 constexpr float kEventsPerPatch = 8;  // in the test of evenness
 constexpr int kMinPatches = 3;
 constexpr float kMaxEndMotion = 0.25F;  // of the length, during the window
 constexpr float kMinEndMotionPx = 6;    // less is within the extents' own error
+
+static_assert(kMaxListedEvents <= 65535, "they may all fall into one bin of the histogram");
 
 /// Rows of the histogram per unit of tau, whose range is 2.
 constexpr float kRowsPerTau = 0.5F * static_cast<float>(kHistogramRows);
@@ -54,8 +56,7 @@ class LineFitter {
     FitOutcome outcome = fit_robustly();
     if (outcome == FitOutcome::accepted && line_.thickness_px > options_.max_thickness_px)
       outcome = FitOutcome::too_thick;
-    if (outcome == FitOutcome::accepted && has_kink(kink_px)) outcome = FitOutcome::kinked;
-    if (outcome == FitOutcome::accepted) outcome = judge_support();
+    if (outcome == FitOutcome::accepted) outcome = judge_events(kink_px);
     if (outcome == FitOutcome::accepted) outcome = find_extents();
     if (outcome == FitOutcome::accepted && !is_certain()) outcome = FitOutcome::uncertain;
     if (outcome == FitOutcome::accepted) mark_events();
@@ -80,27 +81,30 @@ class LineFitter {
   void collect(std::uint32_t wanted) {
     stride_ = std::max<std::uint32_t>(1, line_.events / std::max<std::uint32_t>(1, wanted));
     const ListedArea area{line_.lowest() - kBeyondEndsPx, line_.highest() + kBeyondEndsPx, kWideBandPx};
-    count_ =
-        list_near_line(cloud_, line_, area, ws_, &stride_, [&](const LineEvent& event) { return may_take(event); });
+    const std::uint8_t* const owner = ws_.owner.data();
+    const OwnerFilter is_free = claim_.may_take;
+    count_ = list_near_line(cloud_, line_, area, ws_, &stride_, [&](const LineEvent& event) {
+      return is_free(owner[event.index]) || may_share(owner[event.index], event);
+    });
     set_shared_aside();
   }
 
-  [[nodiscard]] bool may_take(const LineEvent& event) const {
-    const std::uint8_t owner = ws_.owner[event.index];
-    return claim_.may_take(owner) || claim_.shared.may_have(line_, owner, event.along_px, event.tau);
+  [[nodiscard]] bool may_share(std::uint8_t owner, const LineEvent& event) const {
+    return claim_.shared.may_have(line_, owner, event.along_px, event.tau);
   }
 
   /// Puts events where it is unknown whose they are at the list's end: they support the line but don't shape it.
   void set_shared_aside() {
     clear_ = count_;
     if (claim_.shared.empty()) return;
-    clear_ = 0;
-    for (std::size_t k = 0; k < count_; ++k) {
-      if (claim_.shared.hold(line_, ws_.along[k], ws_.tau[k])) continue;
-      std::swap(ws_.along[k], ws_.along[clear_]);
-      std::swap(ws_.across[k], ws_.across[clear_]);
-      std::swap(ws_.tau[k], ws_.tau[clear_++]);
-    }
+    const EventList list(ws_);
+    std::size_t clear = 0;
+    for_each_clear(claim_.shared, line_, list, 0, count_, [&](std::size_t k) {
+      std::swap(list.along[k], list.along[clear]);
+      std::swap(list.across[k], list.across[clear]);
+      std::swap(list.tau[k], list.tau[clear++]);
+    });
+    clear_ = clear;
   }
 
   [[nodiscard]] float residual(std::size_t k) const { return ws_.across[k] - line_.offset(ws_.along[k], ws_.tau[k]); }
@@ -110,62 +114,77 @@ class LineFitter {
     for (int round = 0; round < kFitRounds; ++round) {
       const float band_px = band();
       // The last round counts; those before only bring the line near.
-      const std::size_t step = round + 1 < kFitRounds ? 1 + clear_ / kNearingEvents : 1;
+      const bool is_last = round + 1 == kFitRounds;
+      const std::size_t step = is_last ? 1 : 1 + clear_ / kNearingEvents;
       LineEquations equations;
       const WeightedSupport support = equations.add_near(
           {ws_.along.data(), ws_.across.data(), ws_.tau.data(), (clear_ + step - 1) / step, step}, line_, band_px);
       if (support.events * step * stride_ < options_.min_events / 2) return FitOutcome::too_few_events;
       const float variance = support.square / (support.weight * kWeightedVariance) * (band_px * band_px);
       line_.thickness_px = std::sqrt(variance);
-      if (!equations.solve(claim_.shared.priors(options_.priors, line_), 1, line_.m, line_.covariance))
+      if (!equations.solve(claim_.shared.priors(options_.priors, line_), 1, line_.m,
+                           is_last ? line_.covariance : nullptr))
         return FitOutcome::no_solution;
+      if (!is_last) continue;
       for (float& entry : line_.covariance) entry *= variance * kVarianceInflation;
     }
     return FitOutcome::accepted;
   }
 
-  bool has_kink(float* at_px) const {
+  /// What the line's events amount to.
+  struct Support {
+    float inlier_px;  // events as near as this are on the line
+    std::uint32_t flank = 0;
+    std::uint32_t on_line[kHistogramRows] = {};
+  };
+
+  /// Looks at the events once more: whether the line turns off, and whether they are enough.
+  FitOutcome judge_events(float* kink_px) {
     KinkFinder finder(line_.lowest(), line_.highest());
-    if (!finder.can_tell()) return false;
+    Support support{std::max(kMinInlierPx, kInlierSigmas * line_.thickness_px)};
+    clear_histogram();
+    const std::size_t shaping = finder.can_tell() ? clear_ : 0;
     const float per_band = 1 / band();
-    for (std::size_t k = 0; k < clear_; ++k) {
+    for (std::size_t k = 0; k < count_; ++k) {
       const float r = residual(k);
       const float weight = 1 - r * r * per_band * per_band;
-      if (weight > 0) finder.add(ws_.along[k], r, weight);
+      if (k < shaping && weight > 0) finder.add(ws_.along[k], r, weight);
+      count_event(ws_.along[k], ws_.tau[k], std::fabs(r), &support);
     }
-    return finder.find(options_.kink, line_.thickness_px * line_.thickness_px, at_px);
+    if (finder.find(options_.kink, line_.thickness_px * line_.thickness_px, kink_px)) return FitOutcome::kinked;
+    return judge_support(support);
   }
 
-  /// Counts the events on the line into the histogram and holds them against those beside it.
-  FitOutcome judge_support() {
-    const float inlier = std::max(kMinInlierPx, kInlierSigmas * line_.thickness_px);
+  void clear_histogram() {
     histogram_start_ = line_.lowest() - kHistogramBinPx;
     const float span = line_.highest() + kHistogramBinPx - histogram_start_;
     num_bins_ =
         std::min(static_cast<int>(span / kHistogramBinPx) + 1, static_cast<int>(ws_.histogram.size() / kHistogramRows));
     std::fill_n(ws_.histogram.begin(), kHistogramRows * static_cast<std::size_t>(num_bins_), std::uint16_t{0});
-    std::uint32_t flank = 0;
-    std::uint32_t on_line[kHistogramRows] = {};
-    for (std::size_t k = 0; k < count_; ++k) {
-      const float r = std::fabs(residual(k));
-      if (r > inlier) {
-        flank += r < 2 * inlier + kFlankMarginPx ? 1U : 0U;
-        continue;
-      }
-      const int bin = static_cast<int>((ws_.along[k] - histogram_start_) / kHistogramBinPx);
-      if (ws_.along[k] < histogram_start_ || bin >= num_bins_) continue;
-      const int row =
-          std::clamp(static_cast<int>((ws_.tau[k] + 1) * kRowsPerTau), 0, static_cast<int>(kHistogramRows) - 1);
-      std::uint16_t& counted = count_at(row, bin);
-      counted = static_cast<std::uint16_t>(counted + (counted < kMaxBinCount ? 1 : 0));
-      ++on_line[row];
+  }
+
+  void count_event(float along_px, float tau, float distance_px, Support* support) const {
+    if (distance_px > support->inlier_px) {
+      support->flank += distance_px < 2 * support->inlier_px + kFlankMarginPx ? 1U : 0U;
+      return;
     }
+    const int bin = static_cast<int>((along_px - histogram_start_) / kHistogramBinPx);
+    if (along_px < histogram_start_ || bin >= num_bins_) return;
+    const int row = std::min(static_cast<int>((tau + 1) * kRowsPerTau), static_cast<int>(kHistogramRows) - 1);
+    ++count_at(row, bin);
+    ++support->on_line[row];
+  }
+
+  /// Holds the events on the line against those beside it.
+  FitOutcome judge_support(const Support& support) {
+    const std::uint32_t* const on_line = support.on_line;
+    const float inlier = support.inlier_px;
     const std::uint32_t early = on_line[0] + on_line[1];
     const std::uint32_t late = on_line[2] + on_line[3];
     line_.events = (early + late) * stride_;
     if (line_.events < options_.min_events) return FitOutcome::too_few_events;
     const auto events = static_cast<float>(early + late);
-    const float beside = static_cast<float>(flank) * inlier / (inlier + kFlankMarginPx);
+    const float beside = static_cast<float>(support.flank) * inlier / (inlier + kFlankMarginPx);
     if (events < options_.min_contrast * beside) return FitOutcome::low_contrast;
     const float noise = cloud_.noise_in(line_.polarities) * 2 * inlier * line_.length() / static_cast<float>(stride_);
     if (evidence_against_chance(events, std::max(noise, beside)) <
@@ -268,7 +287,7 @@ class LineFitter {
     for (int b = first; b + width <= end; b += width) {
       if (is_shared(b + width / 2)) continue;
       const int n = half_sum(0, b, width) + half_sum(1, b, width);
-      ws_.patches[static_cast<std::size_t>(patches++)] = static_cast<std::uint16_t>(std::min(n, kMaxBinCount));
+      ws_.patches[static_cast<std::size_t>(patches++)] = static_cast<std::uint16_t>(std::min(n, kMaxPatchCount));
       empty += n == 0 ? 1 : 0;
     }
     if (patches < kMinPatches) return false;
@@ -296,10 +315,16 @@ class LineFitter {
     line_.id = claim_.id;
     EdgeRow row(line_, ws_.histogram);
     const float claimed = claimed_band(line_.thickness_px);  // wider than the row's
+    // The same row by values that no owner's mark could change, for all that the compiler knows.
+    EdgeRow pixels = row;
+    std::uint8_t* const owner = ws_.owner.data();
+    const std::uint8_t id = claim_.id;
+    const OwnerFilter is_free = claim_.may_take;
     for_each_near_line(cloud_, line_, line_.lowest() - kBeyondEndsPx, line_.highest() + kBeyondEndsPx, claimed,
                        line_.polarities, 1, [&](const LineEvent& event) {
-                         row.add(event);
-                         if (may_take(event)) ws_.owner[event.index] = claim_.id;
+                         pixels.add(event);
+                         std::uint8_t& mark = owner[event.index];
+                         if (is_free(mark) || may_share(mark, event)) mark = id;
                        });
     line_.has_gap = row.find_gaps(options_.gaps).least_px > 0;
   }

@@ -6,6 +6,7 @@
 
 #include "lecalib/math/chance.hpp"
 #include "lecalib/segments/corridor.hpp"
+#include "lecalib/segments/event_list.hpp"
 
 namespace lecalib {
 namespace {
@@ -85,26 +86,26 @@ class LineGrower {
   /// Appends the events in [from, to) that the line may take to the list; counts those of other lines in bins from the
   /// inner end on.
   void gather(float from, float to, unsigned polarities, int side) {
+    const EventList list(ws_);
+    std::size_t count = count_;
     for_each_near_line(cloud_, line_, from, to, options_.band_px, polarities, stride_, [&](const LineEvent& event) {
-      const std::uint8_t owner = ws_.owner[event.index];
+      const std::uint8_t owner = list.owner[event.index];
       if (may_take_(owner) || shared_.may_have(line_, owner, event.along_px, event.tau)) {
-        if (count_ == ws_.along.size()) return;
-        ws_.along[count_] = event.along_px;
-        ws_.across[count_] = event.across_px;
-        ws_.tau[count_++] = event.tau;
+        if (count == list.room) return;
+        list.put(count++, event);
         return;
       }
       const int bin = static_cast<int>((side == 1 ? event.along_px - from : to - event.along_px) / kBinPx);
       if (bin >= 0 && bin < kMaxBins) ++foreign_[bin];
     });
+    count_ = count;
   }
 
   void accept_from(std::size_t first) {
     if (!shared_.empty()) {
-      for (std::size_t k = first; k < count_; ++k) {
-        if (shared_.hold(line_, ws_.along[k], ws_.tau[k])) continue;
-        equations_.add(ws_.along[k], ws_.tau[k], ws_.across[k], 1);
-      }
+      const EventList list(ws_);
+      for_each_clear(shared_, line_, list, first, count_,
+                     [&](std::size_t k) { equations_.add(list.along[k], list.tau[k], list.across[k], 1); });
       return;
     }
     equations_.add({ws_.along.data() + first, ws_.across.data() + first, ws_.tau.data() + first, count_ - first});
@@ -169,9 +170,12 @@ class LineGrower {
   }
 
   void drop_beyond(std::size_t first, float extent, float from, float to, int side) {
+    const float* const along = ws_.along.data();
+    const auto is_beyond = [&](std::size_t k) { return (side == 1 ? along[k] - from : to - along[k]) >= extent; };
     std::size_t kept = first;
-    for (std::size_t k = first; k < count_; ++k) {
-      if ((side == 1 ? ws_.along[k] - from : to - ws_.along[k]) >= extent) continue;
+    while (kept < count_ && !is_beyond(kept)) ++kept;  // mostly all
+    for (std::size_t k = kept; k < count_; ++k) {
+      if (is_beyond(k)) continue;
       ws_.along[kept] = ws_.along[k];
       ws_.across[kept] = ws_.across[k];
       ws_.tau[kept++] = ws_.tau[k];

@@ -34,6 +34,7 @@ KinkFinder::KinkFinder(float low_px, float high_px) noexcept : low_px_(low_px) {
   const float length = high_px - low_px;
   count_ = std::clamp(static_cast<int>(length / kKinkColumnPx), 0, kMaxColumns);
   if (count_ < kMinKinkColumns) count_ = 0;
+  end_ = static_cast<float>(count_);
   columns_per_px_ = count_ > 0 ? static_cast<float>(count_) / length : 0;
 }
 

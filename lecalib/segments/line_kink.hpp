@@ -23,7 +23,7 @@ class KinkFinder {
   /// Adds an event, its residual from the fit in px, with its weight in the fit (0 to 1).
   void add(float along_px, float residual_px, float weight) noexcept {
     const float u = (along_px - low_px_) * columns_per_px_;
-    if (u < 0 || u >= static_cast<float>(count_)) return;
+    if (u < 0 || u >= end_) return;
     const int i = static_cast<int>(u);
     weight_[i] += weight;
     mean_[i] += weight * residual_px;
@@ -46,6 +46,7 @@ class KinkFinder {
 
   float low_px_;
   float columns_per_px_;
+  float end_;  // as count_
   int count_;  // columns; 0 when the line is too short
   float weight_[kMaxColumns] = {};
   float mean_[kMaxColumns] = {};  // first the sum of weighted residuals

@@ -45,13 +45,13 @@ class ShapeFitter {
         shared_(shared),
         shape_(shape_of(line)),
         cells_(shape_columns(shape_)),
-        variance_(line.thickness_px * line.thickness_px) {}
+        variance_(line.thickness_px * line.thickness_px),
+        equations_(variance_) {}
 
   void fit() {
-    // Until it is solved, sigma is that of the events.
-    equations_ = ShapeEquations(variance_);
     list_events();
     for (int round = 0; round < 2; ++round) {
+      if (round > 0) cells_.clear();
       sum_cells(round == 0 ? 1 + listed_ / kFirstRoundEvents : 1);
       if (!(weight_ > 0)) return;
       if (round > 0) misfit2_ = cells_.misfit2(variance_);
@@ -135,29 +135,45 @@ class ShapeFitter {
   void list_events() {
     const float margin = weight_band(line_.thickness_px) + kShapeMarginPx;
     std::uint32_t stride = std::max<std::uint32_t>(1, line_.events / std::max<std::uint32_t>(1, options_.max_events));
-    listed_ = list_near_line(
-        cloud_, line_, {shape_.low_px(), shape_.high_px(), margin}, ws_, &stride, [&](const LineEvent& event) {
-          const std::uint8_t owner = ws_.owner[event.index];
-          return (owner == 0 || owner == line_.id) && !shared_.hold(line_, event.along_px, event.tau);
+    const EventList list(ws_);
+    const std::uint8_t id = line_.id;
+    const LineShape shape = shape_;
+    const bool is_shared = !shared_.empty();
+    listed_ =
+        list_near_line(cloud_, line_, {shape.low_px(), shape.high_px(), margin}, ws_, &stride, [&](LineEvent& event) {
+          const std::uint8_t owner = list.owner[event.index];
+          if (!is_shared) event.along_px = shape.position(event.along_px);
+          return owner == 0 || owner == id;
         });
-    for (std::size_t k = 0; k < listed_; ++k) ws_.along[k] = position(ws_.along[k]);
+    if (!is_shared) return;
+    std::size_t kept = 0;
+    for_each_clear(shared_, line_, list, 0, listed_, [&](std::size_t k) {
+      list.along[kept] = shape.position(list.along[k]);
+      list.across[kept] = list.across[k];
+      list.tau[kept++] = list.tau[k];
+    });
+    listed_ = kept;
   }
 
   /// Sums up the residuals of one in `step` of the listed events.
   void sum_cells(std::size_t step) {
-    cells_.clear();
     const float band = weight_band(std::sqrt(variance_));
     const float per_band2 = 1 / (band * band);
+    const LineShape shape = shape_;  // the sums could be it, or the lists, for all that the compiler knows
+    const EventList list(ws_);
     float weighted_square = 0;
-    weight_ = 0;
+    float all_weight = 0;
     for (std::size_t k = 0; k < listed_; k += step) {
-      const float r = ws_.across[k] - shape_at(shape_.terms, ws_.along[k], ws_.tau[k]);
+      const float u = list.along[k];
+      const float tau = list.tau[k];
+      const float r = list.across[k] - shape_at(shape.terms, u, tau);
       const float weight = 1 - r * r * per_band2;
       if (weight <= 0) continue;
-      cells_.add(ws_.along[k], ws_.tau[k], weight, r);
+      cells_.add(u, tau, weight, r);
       weighted_square += weight * r * r;
-      weight_ += weight;
+      all_weight += weight;
     }
+    weight_ = all_weight;
     if (weight_ > 0) variance_ = std::max(weighted_square / (weight_ * kWeightedVariance), 1e-4F);
   }
 
@@ -193,9 +209,9 @@ class ShapeFitter {
   ShapeCells cells_;
   std::size_t listed_ = 0;  // events in the lists
   float weight_ = 0;
-  float variance_;     // of the events' distance, px^2
-  float misfit2_ = 0;  // of the cells' means, px^2
-  ShapeEquations equations_;
+  float variance_;            // of the events' distance, px^2
+  float misfit2_ = 0;         // of the cells' means, px^2
+  ShapeEquations equations_;  // until they are solved, sigma is that of the events
 };
 
 }  // namespace

@@ -14,7 +14,7 @@ constexpr float kFreeTerms = 5;      // of the shape, that the priors hardly hol
 }  // namespace
 
 void ShapeCells::clear() noexcept {
-  for (ShapeCell& cell : cells_) cell = {};
+  for (int i = 0; i < columns_ * kSlots; ++i) cells_[i] = {};
 }
 
 float ShapeCells::variance(const ShapeCell& cell, float variance, float misfit2) noexcept {

@@ -21,12 +21,14 @@ class ShapeCells {
   static constexpr int kMaxCells = kMaxColumns * kSlots;
 
   /// @param columns along the line, 1 to kMaxColumns
-  explicit ShapeCells(int columns) : columns_(columns), half_columns_(0.5F * static_cast<float>(columns)) {}
+  explicit ShapeCells(int columns) : columns_(columns), half_columns_(0.5F * static_cast<float>(columns)) { clear(); }
 
   void clear() noexcept;
+  /// @param u    from -1 to 1, or a little beside
+  /// @param tau  from -1 to 1
   void add(float u, float tau, float weight, float residual) noexcept {
     const int column = std::clamp(static_cast<int>((u + 1) * half_columns_), 0, columns_ - 1);
-    const int slot = std::clamp(static_cast<int>((tau + 1) * (0.5F * kSlots)), 0, kSlots - 1);
+    const int slot = std::min(static_cast<int>((tau + 1) * (0.5F * kSlots)), kSlots - 1);
     ShapeCell& cell = cells_[column * kSlots + slot];
     cell.events += 1;
     cell.weight += weight;
@@ -50,7 +52,7 @@ class ShapeCells {
  private:
   int columns_;
   float half_columns_;
-  ShapeCell cells_[kMaxCells] = {};
+  ShapeCell cells_[kMaxCells];  // in use: those of the columns
 };
 
 }  // namespace lecalib

@@ -86,4 +86,38 @@ bool SharedStretches::any_holds(const MovingLine& line, float s_px, float tau) c
   return false;
 }
 
+std::uint32_t SharedStretches::hold_each(const MovingLine& line, const float* s_px, const float* tau,
+                                         std::size_t count) const noexcept {
+  static_assert(kBlock == 16, "as many bits");
+  constexpr std::uint32_t kBits[kBlock] = {0x1,   0x2,   0x4,   0x8,   0x10,   0x20,   0x40,   0x80,
+                                           0x100, 0x200, 0x400, 0x800, 0x1000, 0x2000, 0x4000, 0x8000};
+  float x[kBlock] = {};
+  float y[kBlock] = {};
+  float at[2][kBlock] = {};
+  for (std::size_t k = 0; k < count; ++k) {
+    at[0][k] = s_px[k];
+    at[1][k] = tau[k];
+  }
+  for (std::size_t k = 0; k < kBlock; ++k) {
+    const float d = line.offset(at[0][k], at[1][k]);
+    x[k] = line.x(at[0][k], d);
+    y[k] = line.y(at[0][k], d);
+  }
+  std::uint32_t held = 0;
+  for (int i = 0; i < count_; ++i) {
+    const MovingLine& other = *others_[i];
+    const float low = other.lowest();
+    const float high = other.highest();
+    const float reach = reach_px_[i];
+    for (std::size_t k = 0; k < kBlock; ++k) {
+      const float s = other.along(x[k], y[k]);
+      const float distance = std::fabs(other.across(x[k], y[k]) - other.offset(s, at[1][k]));
+      const bool is_held = static_cast<unsigned>(distance < reach) & static_cast<unsigned>(low - s < kBeyondEndsPx) &
+                           static_cast<unsigned>(s - high < kBeyondEndsPx);
+      held |= is_held ? kBits[k] : 0;
+    }
+  }
+  return held & ((1U << count) - 1);
+}
+
 }  // namespace lecalib

@@ -4,6 +4,7 @@
 /// took them would turn away.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "lecalib/core/span.hpp"
@@ -48,6 +49,11 @@ class SharedStretches {
   [[nodiscard]] bool hold(const MovingLine& line, float s_px, float tau) const noexcept {
     return !empty() && any_holds(line, s_px, tau);
   }
+
+  /// The same for several places at once. @param count  up to kBlock @return a bit for each place that lies in one
+  [[nodiscard]] std::uint32_t hold_each(const MovingLine& line, const float* s_px, const float* tau,
+                                        std::size_t count) const noexcept;
+  static constexpr std::size_t kBlock = 16;
 
   /// How much of the line they hold, 0 to 1.
   [[nodiscard]] float share_of(const MovingLine& line) const noexcept;

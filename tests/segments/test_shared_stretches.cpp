@@ -55,6 +55,24 @@ TEST_CASE("shared stretches: they are where another line runs nearer than both l
   CHECK_FALSE(shared.may_have(lines[0], 2, -140, 0));
 }
 
+TEST_CASE("shared stretches: many places at once are the same as one after the other") {
+  std::vector<MovingLine> lines = {line_at(100, 100, 0, 150, 1), line_at(120, 100, 6, 80, 2),
+                                   line_at(60, 100, -5, 90, 3)};
+  lines[1].m[2] = 4;
+  const SharedStretches shared = shared_of(lines, 0);
+  for (std::size_t count = 1; count <= SharedStretches::kBlock; ++count) {
+    std::vector<float> s;
+    std::vector<float> tau;
+    std::uint32_t expected = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      s.push_back(-150 + 300 * static_cast<float>(k) / static_cast<float>(count));
+      tau.push_back(k % 2 == 0 ? -1.0F : 0.5F);
+      expected |= shared.hold(lines[0], s[k], tau[k]) ? 1U << k : 0U;
+    }
+    CHECK(shared.hold_each(lines[0], s.data(), tau.data(), count) == expected);
+  }
+}
+
 TEST_CASE("shared stretches: the other polarity, wide angles and far crossings share nothing") {
   std::vector<MovingLine> lines = {line_at(100, 100, 0, 150, 1), line_at(120, 100, 6, 80, 2)};
   lines[1].polarities = 1;
