@@ -6,21 +6,21 @@
 namespace lecalib {
 namespace {
 
-constexpr int kN = kNumLineCoefficients;
+constexpr int kCoefficients = kNumLineCoefficients;
 /// Smallest pivot: below it the events say nothing about a coefficient, and neither do the priors.
 constexpr float kMinPivot = 1e-6F;
 
 struct Factor {
-  float l[kN][kN];  // unit lower triangle
-  float d[kN];
+  float l[kCoefficients][kCoefficients];  // unit lower triangle
+  float d[kCoefficients];
 
-  bool factorise(const float (&a)[kN][kN]) {
-    for (int i = 0; i < kN; ++i) {
+  bool factorise(const float (&a)[kCoefficients][kCoefficients]) {
+    for (int i = 0; i < kCoefficients; ++i) {
       float pivot = a[i][i];
       for (int k = 0; k < i; ++k) pivot -= l[i][k] * l[i][k] * d[k];
       if (!(pivot > kMinPivot)) return false;
       d[i] = pivot;
-      for (int j = i + 1; j < kN; ++j) {
+      for (int j = i + 1; j < kCoefficients; ++j) {
         float v = a[j][i];
         for (int k = 0; k < i; ++k) v -= l[j][k] * l[i][k] * d[k];
         l[j][i] = v / pivot;
@@ -30,12 +30,12 @@ struct Factor {
   }
 
   void solve_in_place(float* v) const {
-    for (int i = 0; i < kN; ++i) {
+    for (int i = 0; i < kCoefficients; ++i) {
       for (int k = 0; k < i; ++k) v[i] -= l[i][k] * v[k];
     }
-    for (int i = 0; i < kN; ++i) v[i] /= d[i];
-    for (int i = kN - 1; i >= 0; --i) {
-      for (int k = i + 1; k < kN; ++k) v[i] -= l[k][i] * v[k];
+    for (int i = 0; i < kCoefficients; ++i) v[i] /= d[i];
+    for (int i = kCoefficients - 1; i >= 0; --i) {
+      for (int k = i + 1; k < kCoefficients; ++k) v[i] -= l[k][i] * v[k];
     }
   }
 };
@@ -161,15 +161,15 @@ WeightedSupport LineEquations::add_near(const ListedEvents& events, const Moving
 }
 
 bool LineEquations::solve(const LinePriors& priors, float variance, float* m, float* covariance) const {
-  constexpr Sum kMatrix[kN][kN] = {{k1, kS, kT, kST, kSS},
-                                   {kS, kSS, kST, kSST, kSSS},
-                                   {kT, kST, kTT, kSTT, kSST},
-                                   {kST, kSST, kSTT, kSSTT, kSSST},
-                                   {kSS, kSSS, kSST, kSSST, kSSSS}};
-  constexpr Sum kRight[kN] = {kD, kDS, kDT, kDST, kDSS};
-  float a[kN][kN];
-  for (int i = 0; i < kN; ++i) {
-    for (int j = 0; j < kN; ++j) a[i][j] = sums_[kMatrix[i][j]];
+  constexpr Sum kMatrix[kCoefficients][kCoefficients] = {{k1, kS, kT, kST, kSS},
+                                                         {kS, kSS, kST, kSST, kSSS},
+                                                         {kT, kST, kTT, kSTT, kSST},
+                                                         {kST, kSST, kSTT, kSSTT, kSSST},
+                                                         {kSS, kSSS, kSST, kSSST, kSSSS}};
+  constexpr Sum kRight[kCoefficients] = {kD, kDS, kDT, kDST, kDSS};
+  float a[kCoefficients][kCoefficients];
+  for (int i = 0; i < kCoefficients; ++i) {
+    for (int j = 0; j < kCoefficients; ++j) a[i][j] = sums_[kMatrix[i][j]];
   }
   a[1][1] += variance / (priors.motion_px * priors.motion_px);
   a[2][2] += variance / (priors.motion_px * priors.motion_px);
@@ -179,17 +179,17 @@ bool LineEquations::solve(const LinePriors& priors, float variance, float* m, fl
 
   Factor factor{};
   if (!factor.factorise(a)) return false;
-  float x[kN];
-  for (int i = 0; i < kN; ++i) x[i] = sums_[kRight[i]];
+  float x[kCoefficients];
+  for (int i = 0; i < kCoefficients; ++i) x[i] = sums_[kRight[i]];
   x[4] += bend_weight * priors.bend_mean_px;
   factor.solve_in_place(x);
-  for (int i = 0; i < kN; ++i) m[i] = x[i];
+  for (int i = 0; i < kCoefficients; ++i) m[i] = x[i];
   if (covariance == nullptr) return true;
-  for (int i = 0; i < kN; ++i) {
-    float column[kN] = {};
+  for (int i = 0; i < kCoefficients; ++i) {
+    float column[kCoefficients] = {};
     column[i] = 1;
     factor.solve_in_place(column);
-    for (int j = i; j < kN; ++j) *covariance++ = column[j];
+    for (int j = i; j < kCoefficients; ++j) *covariance++ = column[j];
   }
   return true;
 }

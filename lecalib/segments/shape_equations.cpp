@@ -6,11 +6,11 @@
 namespace lecalib {
 namespace {
 
-constexpr int kN = kNumShapeTerms;
+constexpr int kTerms = kNumShapeTerms;
 
 /// Powers of u and tau that the terms have.
-constexpr int kPowerOfU[kN] = {0, 1, 0, 1, 2, 0, 1, 2, 3, 4};
-constexpr int kPowerOfTau[kN] = {0, 0, 1, 1, 0, 2, 2, 1, 0, 0};
+constexpr int kPowerOfU[kTerms] = {0, 1, 0, 1, 2, 0, 1, 2, 3, 4};
+constexpr int kPowerOfTau[kTerms] = {0, 0, 1, 1, 0, 2, 2, 1, 0, 0};
 /// Highest power of tau in products of two terms, by the power of u.
 constexpr int kLastTau[] = {4, 4, 4, 3, 2, 2, 1, 0, 0};
 constexpr int kLastU = 8;
@@ -43,16 +43,16 @@ void add_monomials(float u, float tau, float of_u, float monomial, Sums& sums) {
 
 ShapeEquations::ShapeEquations(float variance) noexcept {
   constexpr float kUnknown = 1e6F;  // of the terms that nothing is known of: 1 / (px of sigma)
-  for (int i = 0; i < kN; ++i) a_[i][i] = kUnknown;
+  for (int i = 0; i < kTerms; ++i) a_[i][i] = kUnknown;
   a_[0][0] = 1 / std::sqrt(variance);
 }
 
 void ShapeEquations::add(float u, float tau, float weight, float residual) noexcept {
   add_monomials<0, 0>(u, tau, weight, weight, sums_);
-  float row[kN];
+  float row[kTerms];
   terms_at(u, tau, row);
   const float weighted = weight * residual;
-  for (int i = 0; i < kN; ++i) b_[i] += weighted * row[i];
+  for (int i = 0; i < kTerms; ++i) b_[i] += weighted * row[i];
 }
 
 void ShapeEquations::add_prior(int term, float sigma, float value) noexcept {
@@ -63,10 +63,10 @@ void ShapeEquations::add_prior(int term, float sigma, float value) noexcept {
 
 bool ShapeEquations::solve(float* change) noexcept {
   constexpr float kMinPivot = 1e-9F;
-  for (int i = 0; i < kN; ++i) {
+  for (int i = 0; i < kTerms; ++i) {
     for (int j = 0; j <= i; ++j) a_[i][j] += sums_[kPowerOfU[i] + kPowerOfU[j]][kPowerOfTau[i] + kPowerOfTau[j]];
   }
-  for (int i = 0; i < kN; ++i) {
+  for (int i = 0; i < kTerms; ++i) {
     for (int j = 0; j <= i; ++j) {
       float v = a_[i][j];
       for (int k = 0; k < j; ++k) v -= a_[i][k] * a_[j][k];
@@ -79,25 +79,25 @@ bool ShapeEquations::solve(float* change) noexcept {
       }
     }
   }
-  float x[kN];
-  for (int i = 0; i < kN; ++i) {
+  float x[kTerms];
+  for (int i = 0; i < kTerms; ++i) {
     x[i] = b_[i];
     for (int k = 0; k < i; ++k) x[i] -= a_[i][k] * x[k];
     x[i] /= a_[i][i];
   }
-  for (int i = kN - 1; i >= 0; --i) {
-    for (int k = i + 1; k < kN; ++k) x[i] -= a_[k][i] * x[k];
+  for (int i = kTerms - 1; i >= 0; --i) {
+    for (int k = i + 1; k < kTerms; ++k) x[i] -= a_[k][i] * x[k];
     x[i] /= a_[i][i];
   }
-  for (int i = 0; i < kN; ++i) change[i] = x[i];
+  for (int i = 0; i < kTerms; ++i) change[i] = x[i];
   return true;
 }
 
 float ShapeEquations::variance(float u, float tau) const noexcept {
-  float v[kN];
+  float v[kTerms];
   terms_at(u, tau, v);
   float sum = 0;
-  for (int i = 0; i < kN; ++i) {
+  for (int i = 0; i < kTerms; ++i) {
     for (int k = 0; k < i; ++k) v[i] -= a_[i][k] * v[k];
     v[i] /= a_[i][i];
     sum += v[i] * v[i];
