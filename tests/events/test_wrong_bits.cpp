@@ -79,8 +79,9 @@ Outcome decode_in_pieces_of(std::size_t piece_size, const Bytes& bytes) {
       for (const Event& event : Span<const Event>(out, count)) {
         const bool is_inside = !is_known(decoder.size()) || (event.x < decoder.width() && event.y < decoder.height());
         outcome.is_on_sensor = outcome.is_on_sensor && is_inside;
-        for (const std::int64_t value : {event.t_us, event.x * 131072LL + event.y * 2LL + event.polarity}) {
-          outcome.hash = (outcome.hash ^ static_cast<std::uint64_t>(value)) * 1099511628211ULL;
+        const std::uint64_t place = event.x * 131072ULL + event.y * 2ULL + event.polarity;
+        for (const std::uint64_t value : {static_cast<std::uint64_t>(event.t_us), place}) {
+          outcome.hash = (outcome.hash ^ value) * 1099511628211ULL;
         }
       }
     } while (outcome.status == Status::ok && count > 0);
