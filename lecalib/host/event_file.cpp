@@ -205,7 +205,7 @@ MaybeError EventFile::fill_from_gzip() {
     if (gzip_->is_between_members()) return std::nullopt;
     break;
   }
-  return Error{"expected a whole gzip file", path()};
+  return Error{"expected a whole gzip file", path(), 0, 0, bytes_read_ - packed_.size()};
 }
 
 double EventFile::fraction_read() const {
