@@ -79,7 +79,11 @@ void report(const ConvertOptions& options, OutputFormat format, const host::Even
 void run_convert(const ConvertOptions& options) {
   const OutputFormat format = output_format(options);
   check_names(options);
-  host::EventFile file = take(host::EventFile::open(options.events, sensor_size(options.sensor)));
+  // RAW wants the sensor's size, which triggers alone do not tell.
+  const bool wants_side = !options.imu.empty() || !options.triggers.empty();
+  const auto needs =
+      wants_side && format == OutputFormat::csv ? host::EventFile::Needs::anything : host::EventFile::Needs::events;
+  host::EventFile file = take(host::EventFile::open(options.events, sensor_size(options.sensor), needs));
   host::EventWriter writer = take(host::EventWriter::create(options.out, format, file.sensor()));
   host::SideWriter side = take(host::SideWriter::create(options.imu, options.triggers));
   Progress progress("converting");

@@ -96,6 +96,7 @@ std::vector<Counter> counters(const DecoderStats& stats) {
 }
 
 const char* sensor_source(const EventFile& file, const InfoOptions& options) {
+  if (!is_known(file.sensor())) return "nothing";
   if (file.sensor_is_guess()) return "largest coordinates";
   return options.sensor.empty() ? "the file" : "--sensor";
 }
@@ -106,16 +107,22 @@ void print_range(const char* name, const TimeRange& range) {
               static_cast<double>(range.last_us) / kUsPerSecond);
 }
 
-void print_text(const EventFile& file, const Summary& summary, const Side& side, const InfoOptions& options) {
-  std::printf("file      %s\n", file.path().c_str());
-  std::printf("format    %s\n", file.format_name());
-  std::printf("sensor    %s px (from %s)\n", host::to_string(file.sensor()).c_str(), sensor_source(file, options));
-  std::printf("events    %" PRIu64 "\n", summary.events);
+void print_events(const Summary& summary) {
   std::printf("time      %.6f to %.6f s (%.6f s)\n", static_cast<double>(summary.first_us) / kUsPerSecond,
               static_cast<double>(summary.last_us) / kUsPerSecond, summary.duration_s());
   std::printf("rate      %.4g events/s\n", summary.rate());
   std::printf("ON        %.1f %%\n", 100 * summary.on_share());
   std::printf("largest   x %u, y %u\n", summary.max_x, summary.max_y);
+}
+
+void print_text(const EventFile& file, const Summary& summary, const Side& side, const InfoOptions& options) {
+  std::printf("file      %s\n", file.path().c_str());
+  std::printf("format    %s\n", file.format_name());
+  if (is_known(file.sensor())) {
+    std::printf("sensor    %s px (from %s)\n", host::to_string(file.sensor()).c_str(), sensor_source(file, options));
+  }
+  std::printf("events    %" PRIu64 "\n", summary.events);
+  if (summary.events > 0) print_events(summary);
   print_range("triggers", side.triggers);
   print_range("IMU", side.imu_samples);
   for (const Counter& counter : counters(file.stats())) {
@@ -158,7 +165,7 @@ void print_json(const EventFile& file, const Summary& summary, const Side& side,
 }
 
 void run_info(const InfoOptions& options) {
-  EventFile file = take(EventFile::open(options.events, sensor_size(options.sensor)));
+  EventFile file = take(EventFile::open(options.events, sensor_size(options.sensor), EventFile::Needs::anything));
   Summary summary;
   Side side;
   Progress progress("reading");

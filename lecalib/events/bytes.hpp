@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "lecalib/core/span.hpp"
 
@@ -65,9 +66,13 @@ class WordReader {
   static Word load(const std::uint8_t* bytes) noexcept { return load_as<Word>(bytes); }
   template <class Unsigned>
   static Unsigned load_as(const std::uint8_t* bytes) noexcept {
-    std::uint64_t word = 0;
-    for (std::size_t i = 0; i < sizeof(Unsigned); ++i) word |= static_cast<std::uint64_t>(bytes[i]) << (8U * i);
-    return static_cast<Unsigned>(word);
+    Unsigned word = 0;
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+    std::memcpy(&word, bytes, sizeof word);  // one load; compilers don't see it in the loop below
+#else
+    for (std::size_t i = sizeof word; i-- > 0;) word = static_cast<Unsigned>(std::uint64_t{word} << 8U | bytes[i]);
+#endif
+    return word;
   }
   static_assert(sizeof(Word) <= sizeof(std::uint64_t));
 

@@ -46,8 +46,8 @@ struct SideRecords {
 struct DecoderStats {
   std::uint64_t events = 0;   ///< given out
   std::uint64_t outside = 0;  ///< dropped: not on the sensor
-  std::uint64_t unplaced =
-      0;  ///< dropped: before the first time stamp or, in EVT3, the first row address; triggers too
+  /// Dropped: before the first time stamp or, in EVT3, the first row address; triggers and IMU samples too.
+  std::uint64_t unplaced = 0;
   std::uint64_t triggers = 0;     ///< edges of external signals and the like, with or without room for them
   std::uint64_t imu_samples = 0;  ///< measurements of the camera's inertial sensor, with or without room for them
   std::uint64_t other_words =

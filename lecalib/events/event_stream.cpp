@@ -43,7 +43,7 @@ Status EventStreamDecoder::begin_events(Status head_status) noexcept {
   evt2_ = Evt2Decoder(size());
   evt21_ = Evt21Decoder(Evt21Format(size(), facts.evt21_order));
   evt3_ = Evt3Decoder(size());
-  dat_ = DatDecoder(DatFormat(size(), facts.dat_version));
+  dat_ = DatDecoder(DatFormat(size(), facts.dat_version, facts.dat_content));
   // A file that names no chip: only the DVS128 is as small, and only its addresses are other.
   const bool is_dvs128 = !is_known(facts.size) && given_size_.width == 128 && given_size_.height == 128;
   aedat2_ = Aedat2Decoder(Aedat2Format(size(), is_dvs128 ? Aedat2Layout::dvs128 : facts.aedat2_layout));

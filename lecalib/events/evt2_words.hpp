@@ -16,6 +16,7 @@ enum Type : std::uint32_t {
   kCdOn = 0x1,
   kTimeHigh = 0x8,
   kExtTrigger = 0xA,
+  kImu = 0xD,
   kOthers = 0xE,
   kContinued = 0xF,
 };

@@ -138,8 +138,12 @@ void take_dat_records(std::uint8_t type, std::uint8_t size, HeaderFacts* facts) 
   constexpr std::uint8_t kTrigger = 14;
   constexpr std::uint8_t kBytes = 8;
   if ((type == kEvent2d || type == kEventCd) && size == kBytes) return;
-  set_format(EventFormat::unknown, type == kTrigger ? "DAT of triggers" : "DAT of records that are no CD events",
-             facts);
+  if (type == kTrigger && size == kBytes) {
+    facts->dat_content = DatContent::triggers;
+    facts->format_name = "DAT of triggers";
+    return;
+  }
+  set_format(EventFormat::unknown, "DAT of records that are neither CD events nor triggers", facts);
 }
 
 }  // namespace lecalib

@@ -3,6 +3,7 @@
 
 #include "lecalib/core/span.hpp"
 #include "lecalib/events/aedat2_decoder.hpp"
+#include "lecalib/events/dat_decoder.hpp"
 #include "lecalib/events/es_decoder.hpp"
 #include "lecalib/events/evt21_decoder.hpp"
 
@@ -27,6 +28,7 @@ struct HeaderFacts {
   SensorSize size;
   Evt21Order evt21_order = Evt21Order::little;
   unsigned dat_version = 0;
+  DatContent dat_content = DatContent::events;
   Aedat2Layout aedat2_layout = Aedat2Layout::davis;
   EsContent es_content = EsContent::dvs;
   bool has_ended = false;  ///< a line said that it is the last one

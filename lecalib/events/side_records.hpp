@@ -23,7 +23,7 @@ inline void give_imu_sample(const ImuSample& sample, SideRecords* side, DecoderS
   give(sample, side != nullptr ? &side->imu_samples : nullptr);
 }
 
-/// What the inertial sensor of a DAVIS reads. Its axes point to the left, down and backwards.
+/// What an inertial sensor reads, along its own axes.
 struct ImuReading {
   std::int64_t t_us;
   float accel_g[3];
@@ -31,15 +31,21 @@ struct ImuReading {
   float gyro_deg_s[3];
 };
 
-/// The same in SI units along the camera's axes: x and z change their signs.
-inline ImuSample in_camera_axes(const ImuReading& reading) noexcept {
+/// Signs of a sensor's axes x, y, z along those of its camera.
+struct ImuAxes {
+  float signs[3];
+};
+inline constexpr ImuAxes kLeftDownBackwards = {{-1, 1, -1}};  ///< of a DAVIS
+inline constexpr ImuAxes kLeftUpForwards = {{-1, -1, 1}};     ///< of Prophesee's cameras that have one
+
+/// The same in SI units along the camera's axes.
+inline ImuSample in_camera_axes(const ImuReading& reading, const ImuAxes& axes = kLeftDownBackwards) noexcept {
   constexpr float kGravity = 9.80665F;
   constexpr float kRadPerDegree = 0.0174532925F;
-  constexpr float kSigns[3] = {-1, 1, -1};
   ImuSample sample{reading.t_us, {}, {}, reading.temperature_c};
   for (int i = 0; i < 3; ++i) {
-    sample.gyro_rad_s[i] = kSigns[i] * kRadPerDegree * reading.gyro_deg_s[i];
-    sample.accel_m_s2[i] = kSigns[i] * kGravity * reading.accel_g[i];
+    sample.gyro_rad_s[i] = axes.signs[i] * kRadPerDegree * reading.gyro_deg_s[i];
+    sample.accel_m_s2[i] = axes.signs[i] * kGravity * reading.accel_g[i];
   }
   return sample;
 }

@@ -13,7 +13,9 @@ namespace {
 
 constexpr std::size_t kBytesPerRead = std::size_t{1} << 18U;
 constexpr std::size_t kEventsPerRead = std::size_t{1} << 16U;
-constexpr std::size_t kTriggersPerRead = std::size_t{1} << 16U;
+constexpr std::size_t kTriggersPerRead = std::size_t{1} << 17U;
+constexpr std::size_t kMaxTriggersPerRead = std::size_t{1} << 22U;
+constexpr std::size_t kMinTriggerBytes = 2;  // in EVT3
 constexpr std::size_t kImuSamplesPerRead = std::size_t{1} << 14U;
 
 /// More events than this share (1 of kOutsideShare) beside the sensor, and it is the wrong size; fewer are bit errors.
@@ -76,8 +78,8 @@ EventFile::EventFile(InputFile input, SensorSize size)
   side_ = {FixedVector<TriggerEvent>(triggers_), FixedVector<ImuSample>(imu_samples_)};
 }
 
-Result<EventFile> EventFile::open(const std::string& path, SensorSize given) {
-  Result<EventFile> opened = open_with_head(path, given);
+Result<EventFile> EventFile::open(const std::string& path, SensorSize given, Needs needs) {
+  Result<EventFile> opened = open_with_head(path, given, needs);
   if (!opened.ok()) return opened;
   EventFile& file = opened.value();
   const SensorSize stated = file.decoder_.stated_size();
@@ -86,7 +88,7 @@ Result<EventFile> EventFile::open(const std::string& path, SensorSize given) {
     return Error{"the file is of a sensor of " + to_string(stated) + ", not " + to_string(given), path};
   }
   file.sensor_ = file.decoder_.size();
-  if (is_known(file.sensor_)) return opened;
+  if (is_known(file.sensor_) || file.num_ahead_ == std::size_t{0}) return opened;
   if (file.size_bytes() == 0) return Error{"does not state the sensor's size: give --sensor WxH", path};
   const Result<SensorSize> guess = size_of_all_events(path);
   if (!guess.ok()) return guess.error();
@@ -96,19 +98,23 @@ Result<EventFile> EventFile::open(const std::string& path, SensorSize given) {
 }
 
 /// The first events are read ahead: what a file states about itself is known after that.
-Result<EventFile> EventFile::open_with_head(const std::string& path, SensorSize given) {
+Result<EventFile> EventFile::open_with_head(const std::string& path, SensorSize given, Needs needs) {
   Result<InputFile> input = InputFile::open(path);
   if (!input.ok()) return input.error();
   EventFile file(std::move(input).value(), given);
   const Result<std::size_t> ahead = file.decode();
   if (!ahead.ok()) return ahead.error();
-  if (ahead.value() == 0) return Error{"holds no events", path};
+  if (ahead.value() == 0) {
+    const bool has_others = file.stats().triggers + file.stats().imu_samples > 0;
+    if (!has_others) return Error{"holds no events", path};
+    if (needs == Needs::events) return Error{"holds no events, only triggers or IMU samples", path};
+  }
   file.num_ahead_ = ahead.value();
   return file;
 }
 
 Result<SensorSize> EventFile::size_of_all_events(const std::string& path) {
-  Result<EventFile> file = open_with_head(path, {});
+  Result<EventFile> file = open_with_head(path, {}, Needs::events);
   if (!file.ok()) return file.error();
   SensorSize size;
   while (true) {
@@ -123,14 +129,11 @@ Result<SensorSize> EventFile::size_of_all_events(const std::string& path) {
 }
 
 Result<Span<const Event>> EventFile::read() {
-  std::size_t count = std::exchange(num_ahead_, 0);
-  if (count == 0) {
-    const Result<std::size_t> decoded = decode();
-    if (!decoded.ok()) return decoded.error();
-    count = decoded.value();
-  }
+  const Result<std::size_t> count = num_ahead_ ? Result<std::size_t>(*num_ahead_) : decode();
+  num_ahead_.reset();
+  if (!count.ok()) return count.error();
   if (const MaybeError error = check_sensor()) return *error;
-  return Span<const Event>(events_.data(), count);
+  return Span<const Event>(events_.data(), count.value());
 }
 
 std::uint64_t EventFile::side_dropped() const {
@@ -146,6 +149,7 @@ Result<std::size_t> EventFile::decode() {
     if (unread_.empty() && !at_end_) {
       if (const MaybeError error = fill()) return *error;
     }
+    make_room_for_triggers();
     std::size_t count = 0;
     const std::uint64_t begin_ns = thread_cpu_ns();
     const bool finishing = unread_.empty() && at_end_;
@@ -155,6 +159,16 @@ Result<std::size_t> EventFile::decode() {
     if (is_error(status)) return decode_error(status);
     if (count > 0 || finishing) return count;
   }
+}
+
+/// A row of triggers without an event between them, as files of triggers alone are, comes with one read().
+void EventFile::make_room_for_triggers() {
+  const std::size_t wanted = side_.triggers.size() + unread_.size() / kMinTriggerBytes;
+  if (wanted <= triggers_.size() || triggers_.size() == kMaxTriggersPerRead || side_.triggers.dropped() > 0) return;
+  const std::size_t count = side_.triggers.size();
+  triggers_.resize(std::min(std::max(wanted, 2 * triggers_.size()), kMaxTriggersPerRead));
+  side_.triggers = FixedVector<TriggerEvent>(triggers_);
+  for (std::size_t i = 0; i < count; ++i) (void)side_.triggers.try_push(TriggerEvent(triggers_[i]));
 }
 
 /// The file's next bytes as they are; at_end_ where there are none.
@@ -191,7 +205,7 @@ MaybeError EventFile::fill_from_gzip() {
     if (gzip_->is_between_members()) return std::nullopt;
     break;
   }
-  return Error{"expected a whole gzip file", path()};
+  return Error{"expected a whole gzip file", path(), 0, 0, bytes_read_ - packed_.size()};
 }
 
 double EventFile::fraction_read() const {

@@ -24,15 +24,18 @@ namespace lecalib::host {
 /// dropped otherwise.
 class EventFile {
  public:
+  /// What a recording has to hold for it not to be an error: triggers and IMU samples may come in files of their own.
+  enum class Needs { events, anything };
+
   /// @param given the sensor's size, or 0 x 0.
-  static Result<EventFile> open(const std::string& path, SensorSize given);
+  static Result<EventFile> open(const std::string& path, SensorSize given, Needs needs = Needs::events);
 
   /// The next events, in the order of the file; empty at its end. Valid until the next call. Errors name the line or
   /// the byte: broken or cut content, no events at all, wrong sensor size.
   Result<Span<const Event>> read();
 
   /// Triggers and IMU samples that came with the events of the last read(), at the file's end with none. Valid until
-  /// the next one. A read() without room for all of them drops the last.
+  /// the next one. A read() with too many of them drops the last.
   [[nodiscard]] Span<const TriggerEvent> triggers() const { return side_.triggers.view(); }
   [[nodiscard]] Span<const ImuSample> imu_samples() const { return side_.imu_samples.view(); }
   /// How many were dropped so far.
@@ -53,9 +56,10 @@ class EventFile {
 
  private:
   EventFile(InputFile input, SensorSize size);
-  static Result<EventFile> open_with_head(const std::string& path, SensorSize given);
+  static Result<EventFile> open_with_head(const std::string& path, SensorSize given, Needs needs);
   static Result<SensorSize> size_of_all_events(const std::string& path);
   Result<std::size_t> decode();
+  void make_room_for_triggers();
   MaybeError fill();
   MaybeError fill_from_gzip();
   MaybeError read_bytes(Span<const std::uint8_t>* out);
@@ -75,9 +79,9 @@ class EventFile {
   std::vector<Event> events_;
   std::vector<TriggerEvent> triggers_;
   std::vector<ImuSample> imu_samples_;
-  SideRecords side_;                ///< in the room of these two
-  std::uint64_t side_dropped_ = 0;  ///< before the last read()
-  std::size_t num_ahead_ = 0;  ///< events_[0, num_ahead_) were decoded while opening and are given by the next read()
+  SideRecords side_;                      ///< in the room of these two
+  std::uint64_t side_dropped_ = 0;        ///< before the last read()
+  std::optional<std::size_t> num_ahead_;  ///< events that were decoded while opening and are given by the next read()
   std::uint64_t bytes_read_ = 0;
   std::uint64_t decode_cpu_ns_ = 0;
 };

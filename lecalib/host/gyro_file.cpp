@@ -91,6 +91,10 @@ Result<std::vector<GyroSample>> read_gyro_of_recording(const std::string& path, 
     }
   }
   if (samples.empty()) return Error{"holds no IMU samples", path};
+  if (std::string_view(file.value().format_name()) == "EVT2") {
+    return Error{"EVT2 does not tell the range of its gyro: scale what `lecalib convert --imu` writes for 2000 deg/s",
+                 path};
+  }
   return samples;
 }
 

@@ -50,6 +50,19 @@ TEST_CASE("DAT: a cut last record is told with its place") {
   }
 }
 
+TEST_CASE("DAT: a file of triggers gives time, channel and edge of each, and rolls over like one of events") {
+  const std::int64_t range = std::int64_t{1} << 32;
+  const std::vector<TriggerEvent> triggers = {
+      {range - 5, 0, TriggerKind::rising}, {range - 4, 63, TriggerKind::falling}, {range + 9, 1, TriggerKind::rising}};
+  const DatDecoder decoder(DatFormat({}, 2, DatContent::triggers));
+  const Decoded decoded = decode_whole(decoder, encode_dat_triggers(triggers));
+  CHECK(decoded.triggers == triggers);
+  CHECK(decoded.events.empty());
+  CHECK(decoded.stats.triggers == 3);
+  CHECK(decoded.stats.time_wraps == 1);
+  check_every_split(decoder, encode_dat_triggers(triggers));
+}
+
 TEST_CASE("DAT: what is encoded is decoded, wherever the bytes are cut") {
   Rng rng(3);
   const std::vector<Event> events =

@@ -147,6 +147,18 @@ TEST_CASE("stream: a DAT header ends with two bytes, after '% end' or without it
   CHECK(open(to_bytes("% evt 3.0\n% Version 2\n") + evt3_bytes(kEvt3Words)).decoded.events == kEvt3Events);
 }
 
+TEST_CASE("stream: the byte behind a DAT header tells events from triggers") {
+  const std::vector<TriggerEvent> triggers = {{3, 1, TriggerKind::rising}, {8, 1, TriggerKind::falling}};
+  const Bytes bytes = to_bytes("% Data file containing Trigger events.\n% Version 2\n% end\n") + Bytes{14, 8} +
+                      encode_dat_triggers(triggers);
+  const Opened opened = open(bytes);
+  CHECK(opened.format_name == "DAT of triggers");
+  CHECK(opened.format == EventFormat::dat);
+  CHECK(opened.decoded.triggers == triggers);
+  CHECK(opened.decoded.events.empty());
+  check_every_split(EventStreamDecoder(), bytes);
+}
+
 TEST_CASE("stream: the chip in an AEDAT 2 header tells how addresses are read") {
   const std::string begin =
       "#!AER-DAT2.0\r\n# This is a raw AE data file - do not edit\r\n# created in /home/J\xC3\xB6rg\r\n";
@@ -264,8 +276,10 @@ TEST_CASE("stream: formats that are not read are named") {
       {"\xef\xbb\xbf"
        "1 2 3 1\n",
        "text with a byte order mark"},
-      {"% Data file containing CD events.\n% Version 2\n\x0e\x08", "DAT of triggers"},
-      {"% Data file containing CD events.\n% Version 2\n\x0c\x10", "DAT of records that are no CD events"},
+      {"% Data file containing CD events.\n% Version 2\n\x0e\x10",
+       "DAT of records that are neither CD events nor triggers"},
+      {"% Data file containing CD events.\n% Version 2\n\x0c\x10",
+       "DAT of records that are neither CD events nor triggers"},
       {"% evt 4.0\n\x80\x80", "EVT4"},
       {"% date\n% end\n", "'%' header without a known evt or format"},
       {"%!PS", "'%' header without a known evt or format"},

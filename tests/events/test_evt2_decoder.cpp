@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "lecalib/events/evt2_decoder.hpp"
 #include "support/decode_pieces.hpp"
 #include "support/random_events.hpp"
@@ -66,6 +68,49 @@ TEST_CASE("EVT2: triggers come beside events with time, channel and edge, and wa
                                               {3 * 64 + 5, 17, TriggerKind::falling}};
   CHECK(decoded.triggers == expected);
   CHECK(decoded.stats.unplaced == 1);
+  check_every_split(Evt2Decoder(kSize), bytes);
+}
+
+TEST_CASE("EVT2: six words are an IMU sample with the first one's time, in SI units along the camera's axes") {
+  std::vector<Word> words = evt2_imu(5, {16384, -16384, 8192, 32767, -16384, 1});
+  words.insert(words.begin(), {kHigh, 3});
+  words.insert(words.begin() + 2, {{kOn, cd(6, 1, 2)}, {kHigh, 4}});  // between its words
+  const Bytes bytes = evt2_bytes(words);
+  const Decoded decoded = decode_whole(Evt2Decoder(kSize), bytes);
+  REQUIRE(decoded.imu_samples.size() == 1);
+  const ImuSample& sample = decoded.imu_samples[0];
+  CHECK(sample.t_us == 3 * 64 + 5);
+  // The sensor's axes point to the left, up and forwards.
+  constexpr double kGravity = 9.80665;
+  CHECK(sample.accel_m_s2[0] == doctest::Approx(-kGravity));
+  CHECK(sample.accel_m_s2[1] == doctest::Approx(kGravity));
+  CHECK(sample.accel_m_s2[2] == doctest::Approx(kGravity / 2));
+  constexpr double kLargest = 2000 * 3.14159265358979 / 180;
+  CHECK(sample.gyro_rad_s[0] == doctest::Approx(-kLargest).epsilon(1e-4));
+  CHECK(sample.gyro_rad_s[1] == doctest::Approx(kLargest / 2));
+  CHECK(sample.gyro_rad_s[2] == doctest::Approx(kLargest / 32768));
+  CHECK(std::isnan(sample.temperature_c));
+  CHECK(decoded.events == std::vector<Event>{{3 * 64 + 6, 1, 2, 1}});
+  CHECK(decoded.stats.other_words == 0);
+  CHECK(decoded.stats.undefined_words == 0);
+  check_every_split(Evt2Decoder(kSize), bytes);
+}
+
+TEST_CASE("EVT2: IMU samples that are cut short, or come before the first time, are counted and spoil no other") {
+  const std::vector<Word> whole = evt2_imu(1, {1, 2, 3, 4, 5, 6});
+  std::vector<Word> words = whole;  // before the first time: 6 words
+  words.push_back({kHigh, 1});
+  words.insert(words.end(), whole.begin(), whole.begin() + 3);  // cut short by the next: 3 words
+  words.insert(words.end(), whole.begin(), whole.end());
+  words.push_back({kContinued, 7});                             // of nothing
+  words.insert(words.end(), whole.begin(), whole.begin() + 5);  // cut short by another word with parts: 5 words
+  words.insert(words.end(), {{kOthers, 1}, {kContinued, 7}, {kContinued, 7}});
+  const Bytes bytes = evt2_bytes(words);
+  const Decoded decoded = decode_whole(Evt2Decoder(kSize), bytes);
+  CHECK(decoded.imu_samples.size() == 1);
+  CHECK(decoded.stats.imu_samples == 1);
+  CHECK(decoded.stats.unplaced == 1);
+  CHECK(decoded.stats.other_words == 6 + 3 + 1 + 5 + 3);
   check_every_split(Evt2Decoder(kSize), bytes);
 }
 

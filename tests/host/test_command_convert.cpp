@@ -5,6 +5,7 @@
 
 #include "lecalib/host/file_io.hpp"
 #include "support/aedat4_encoder.hpp"
+#include "support/record_encoder.hpp"
 #include "support/run_command.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -66,6 +67,39 @@ TEST_CASE("lecalib convert: IMU samples and triggers go to files of their own") 
   const CommandRun itself = run_lecalib({"convert", recording, folder / "f.csv", "--triggers", recording});
   CHECK(itself.err.find("is the recording itself") != std::string::npos);
   CHECK(content(recording).size() == bytes.size());
+}
+
+TEST_CASE("lecalib convert: a DAT file of triggers alone becomes rows of triggers") {
+  const TemporaryFolder folder;
+  const std::vector<lecalib::TriggerEvent> triggers = {{5, 1, lecalib::TriggerKind::rising},
+                                                       {7, 1, lecalib::TriggerKind::falling}};
+  const Bytes bytes =
+      to_bytes("% Data file containing Trigger events.\n% Version 2\n% end\n\x0e\x08") + encode_dat_triggers(triggers);
+  const std::string recording = with_content(folder, "t.dat", std::string(bytes.begin(), bytes.end()));
+  const CommandRun run = run_lecalib({"convert", recording, folder / "e.csv", "--triggers", folder / "t.csv"});
+  CHECK(run.exit_code == 0);
+  CHECK(run.out.find("0 events written to ") == 0);
+  CHECK(content(folder / "t.csv") == "t_us,channel,kind\n5,1,rising\n7,1,falling\n");
+  CHECK(run_lecalib({"convert", recording, folder / "f.csv"}).err.find("holds no events, only") != std::string::npos);
+  const CommandRun raw = run_lecalib({"convert", recording, folder / "e.raw", "--triggers", folder / "u.csv"});
+  CHECK(raw.err.find("holds no events, only") != std::string::npos);
+}
+
+TEST_CASE("lecalib convert: IMU samples of EVT2 come out, and calibrate does not take their unknown range for known") {
+  const TemporaryFolder folder;
+  std::vector<Word> words = evt2_imu(1, {0, 16384, 0, 0, -8192, 0});
+  words.insert(words.begin(), {8, 1});
+  const Bytes bytes = to_bytes("% evt 2.0\n% geometry 640x480\n% end\n") + evt2_bytes(words) +
+                      encode_evt2({{200, 1, 2, 1}, {300, 1, 2, 0}});
+  const std::string recording = with_content(folder, "e.raw", std::string(bytes.begin(), bytes.end()));
+  CHECK(run_lecalib({"convert", recording, folder / "e.csv", "--imu", folder / "imu.csv"}).exit_code == 0);
+  const std::string imu = content(folder / "imu.csv");
+  CHECK_MESSAGE(imu.find("\n65,-0,8.7266") != std::string::npos, imu);
+  CHECK_MESSAGE(imu.find(",-9.80665") != std::string::npos, imu);
+  const CommandRun run = run_lecalib(
+      {"calibrate", recording, "--target", "box:0.4x0.3x0.25", "--gyro", "recording", "--out", folder / "out"});
+  CHECK(run.exit_code == 1);
+  CHECK_MESSAGE(run.err.find("EVT2 does not tell the range of its gyro") != std::string::npos, run.err);
 }
 
 TEST_CASE("lecalib convert: what a format leaves out is said") {

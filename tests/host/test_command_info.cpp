@@ -5,6 +5,7 @@
 
 #include "lecalib/host/file_io.hpp"
 #include "support/aedat4_encoder.hpp"
+#include "support/record_encoder.hpp"
 #include "support/run_command.hpp"
 #include "support/shared_data.hpp"
 #include "support/temporary_folder.hpp"
@@ -43,6 +44,26 @@ TEST_CASE("lecalib info: from when to when triggers and IMU samples came") {
   const CommandRun text = run_lecalib({"info", folder / "e"});
   CHECK(text.out.find("IMU       0.000003 to 0.000005 s\n") != std::string::npos);
   CHECK(text.out.find("triggers  0.900000 to 0.900000 s\n") != std::string::npos);
+}
+
+TEST_CASE("lecalib info: a file of triggers alone, however many there are") {
+  const TemporaryFolder folder;
+  std::vector<lecalib::TriggerEvent> triggers;
+  for (int i = 0; i < 300'000; ++i) triggers.push_back({50 * i, 0, lecalib::TriggerKind::rising});
+  const Bytes bytes = to_bytes("% Data file containing Trigger events.\n% Version 2\n% end\n") + Bytes{14, 8} +
+                      encode_dat_triggers(triggers);
+  REQUIRE_FALSE(lecalib::host::write_file(folder / "t.dat", std::string(bytes.begin(), bytes.end())));
+  const auto json = nlohmann::json::parse(run_lecalib({"info", "--json", folder / "t.dat"}).out);
+  CHECK(json["format"] == "DAT of triggers");
+  CHECK(json["events"] == 0);
+  CHECK(json["decoder"]["triggers"] == 300'000);
+  CHECK(json["triggers"]["last_us"] == 50 * 299'999);
+  const CommandRun text = run_lecalib({"info", folder / "t.dat"});
+  CHECK(text.out.find("triggers  0.000000 to 14.999950 s\n") != std::string::npos);
+  CHECK(text.out.find("sensor") == std::string::npos);
+  const CommandRun wrong = run_lecalib({"detect", folder / "t.dat", "--out", folder / "lines.csv"});
+  CHECK(wrong.exit_code == 1);
+  CHECK(wrong.err == "lecalib: " + (folder / "t.dat") + ": holds no events, only triggers or IMU samples\n");
 }
 
 TEST_CASE("lecalib info: real recordings hold what is written beside them") {

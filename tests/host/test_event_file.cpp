@@ -5,6 +5,7 @@
 
 #include <sys/stat.h>
 
+#include <filesystem>
 #include <fstream>
 #include <thread>
 
@@ -141,9 +142,10 @@ TEST_CASE("event file: what gzip has packed is unpacked, in one member or severa
   CHECK(read_all(with_content(folder, "e.gz", member + member), {9, 9}, &events) == "");
   CHECK(events.size() == 2);
   const std::string cut = with_content(folder, "cut.gz", member + member.substr(0, 20));
-  CHECK(error_of(cut, {9, 9}) == cut + ": expected a whole gzip file");
+  CHECK(error_of(cut, {9, 9}) ==
+        cut + ": byte " + std::to_string(std::filesystem::file_size(cut)) + ": expected a whole gzip file");
   const std::string broken = with_content(folder, "broken.gz", header + block + "no check");
-  CHECK(error_of(broken, {9, 9}) == broken + ": expected a whole gzip file");
+  CHECK(error_of(broken, {9, 9}) == broken + ": byte 27: expected a whole gzip file");  // behind the wrong check
 }
 
 TEST_CASE("event file: a size that contradicts the file's own is an error; a cut word has its byte") {

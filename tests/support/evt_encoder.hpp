@@ -45,6 +45,16 @@ inline Bytes evt2_bytes(const std::vector<Word>& words) {
   return bytes;
 }
 
+/// The six words of an IMU sample of EVT2, all with these lower bits of time: acceleration x y z, rotation x y z.
+inline std::vector<Word> evt2_imu(std::uint32_t low, const std::vector<int>& readings) {
+  std::vector<Word> words;
+  for (const int reading : readings) {
+    const auto value = static_cast<std::uint32_t>((reading + 65536) % 65536);
+    words.push_back({words.empty() ? 13U : 15U, low * 4194304U + value * 2U});
+  }
+  return words;
+}
+
 /// A TIME_HIGH whenever it changes, then a word for each event.
 inline Bytes encode_evt2(const std::vector<Event>& events) {
   std::vector<Word> words;

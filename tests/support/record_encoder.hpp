@@ -78,6 +78,16 @@ inline Bytes encode_dat(const std::vector<Event>& events, int version = 2) {
   return bytes;
 }
 
+/// Records of a DAT file of triggers.
+inline Bytes encode_dat_triggers(const std::vector<TriggerEvent>& triggers) {
+  Bytes bytes;
+  for (const TriggerEvent& trigger : triggers) {
+    const std::uint64_t word = trigger.channel * 67108864ULL + (trigger.kind == TriggerKind::rising ? 1 : 0);
+    bytes = std::move(bytes) + little_endian(static_cast<std::uint64_t>(trigger.t_us), 4) + little_endian(word, 4);
+  }
+  return bytes;
+}
+
 inline Bytes aedat2_record(std::uint64_t address, std::int64_t t_us) {
   return big_endian(address, 4) + big_endian(static_cast<std::uint64_t>(t_us), 4);
 }

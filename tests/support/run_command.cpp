@@ -2,6 +2,7 @@
 #include "support/run_command.hpp"
 
 #include <fcntl.h>
+#include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -31,12 +32,18 @@ void redirect(int stream, const std::string& path) {
   if (file < 0 || ::dup2(file, stream) < 0) ::_exit(kCannotRun);
 }
 
+/// The built program, or another build of it that the environment names: one with ThreadSanitizer, say.
+const char* path_of_lecalib() {
+  const char* const other = ::getenv("LECALIB_COMMAND");
+  return other != nullptr ? other : LECALIB_COMMAND;
+}
+
 [[noreturn]] void become_lecalib(const std::vector<std::string>& arguments, RunAs who) {
   // What runs the programs of another processor, told to show the program its name; or nothing.
   std::vector<std::string> words = {LECALIB_EMULATOR};
   const bool emulated = !words.empty();
   if (emulated) {
-    words.insert(words.end(), {"-0", "lecalib", LECALIB_COMMAND});
+    words.insert(words.end(), {"-0", "lecalib", path_of_lecalib()});
   } else {
     words.emplace_back("lecalib");
   }
@@ -45,7 +52,7 @@ void redirect(int stream, const std::string& path) {
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   if (who == RunAs::nobody && (::setgid(kNobody) != 0 || ::setuid(kNobody) != 0)) ::_exit(kCannotRun);
-  ::execvp(emulated ? argv[0] : LECALIB_COMMAND, argv.data());
+  ::execvp(emulated ? argv[0] : path_of_lecalib(), argv.data());
   ::_exit(kCannotRun);
 }
 
