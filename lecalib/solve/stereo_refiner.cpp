@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "lecalib/math/cholesky.hpp"
 #include "lecalib/math/packed_cholesky.hpp"
@@ -48,14 +49,21 @@ Status StereoRefiner::init(const StereoCamera& left, const StereoCamera& right, 
     if (camera.refiner->views().size() > workspace.partner[side].size()) return Status::capacity_exceeded;
     for (std::uint32_t& partner : workspace_.partner[side]) partner = kNoView;
   }
-  if (size() > workspace.gradient.size() || triangle_index(size(), 0) > workspace.matrix.size()) {
-    return Status::capacity_exceeded;
-  }
+  if (!has_room()) return Status::capacity_exceeded;
   std::size_t tied = 0;
   if (const Status status = tie_views(&tied); status != Status::ok) return status;
   if (tied == 0) return Status::too_few_lines;
   place_right_views();
   return linearise() ? Status::ok : Status::numerical_failure;
+}
+
+/// Whether the workspace holds the equations.
+bool StereoRefiner::has_room() const {
+  const StereoRefinerWorkspace& w = workspace_;
+  const std::size_t n = size();
+  return n - 1 <= std::numeric_limits<std::uint16_t>::max() && w.matrix.size() >= triangle_index(n, 0) &&
+         w.tail.size() >= triangle_index(kTail, 0) && w.gradient.size() >= n && w.step.size() >= n &&
+         w.columns.size() >= 6 * n && w.active.size() >= n && w.kept_offsets.size() >= n - kTail;
 }
 
 /// @param tied how many pairs have both views in use

@@ -94,8 +94,8 @@ class StereoRefiner {
  public:
   /// @param pairs outlive the refiner; a view is in one pair at most
   /// @return ok | too_few_lines (no pair of which both views are used) | invalid_argument (an index out of range or
-  /// named twice, a known turn between views, offsets of one camera only) | capacity_exceeded | numerical_failure (no
-  /// finite cost)
+  /// named twice, a known turn between views, offsets of one camera only) | capacity_exceeded (workspace) |
+  /// numerical_failure (no finite cost)
   Status init(const StereoCamera& left, const StereoCamera& right, Span<const StereoPair> pairs,
               const Pose& T_right_left, const StereoRefineOptions& options, const StereoRefinerWorkspace& workspace);
 
@@ -117,6 +117,7 @@ class StereoRefiner {
   }
   [[nodiscard]] std::size_t first_between() const { return first_intrinsic(kSides); }
   [[nodiscard]] std::size_t size() const { return first_between() + 6; }
+  [[nodiscard]] bool has_room() const;
   Status tie_views(std::size_t* tied);
   [[nodiscard]] const StereoPair* pair_of(std::size_t side, std::size_t view) const;
   [[nodiscard]] Mat6 right_by_left() const;

@@ -362,5 +362,33 @@ TEST_CASE("stereo refiner: what cannot be refined is said") {
   CHECK(begin(rig.pairs) == Status::capacity_exceeded);
 }
 
+TEST_CASE("stereo refiner: a workspace that lacks one element of anything is refused") {
+  for (const bool edges : {false, true}) {
+    RigOptions options;
+    options.edges = edges;
+    Rig rig(options);
+    const StereoRefinerWorkspace whole = rig.workspace;
+    const std::size_t offsets = edges ? rig.side[0]->offsets.size() + rig.side[1]->offsets.size() : 2 * 8;
+    const std::size_t n = offsets + kShared;
+    const auto begin = [&rig](const StereoRefinerWorkspace& workspace) {
+      return rig.refiner.init(rig.camera(0), rig.camera(1), rig.pairs, rig.T_right_left, {}, workspace);
+    };
+    const auto refused = [&](auto member, std::size_t needed) {
+      StereoRefinerWorkspace workspace = whole;
+      workspace.*member = (whole.*member).first(needed);
+      CHECK(begin(workspace) == Status::ok);
+      workspace.*member = (whole.*member).first(needed - 1);
+      CHECK(begin(workspace) == Status::capacity_exceeded);
+    };
+    refused(&StereoRefinerWorkspace::matrix, triangle_index(n, 0));
+    refused(&StereoRefinerWorkspace::tail, triangle_index(kShared, 0));
+    refused(&StereoRefinerWorkspace::gradient, n);
+    refused(&StereoRefinerWorkspace::step, n);
+    refused(&StereoRefinerWorkspace::columns, 6 * n);
+    refused(&StereoRefinerWorkspace::active, n);
+    refused(&StereoRefinerWorkspace::kept_offsets, offsets);
+  }
+}
+
 }  // namespace
 }  // namespace lecalib
