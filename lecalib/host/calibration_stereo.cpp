@@ -24,8 +24,10 @@ StereoReport stereo_report(const StereoResult& result) {
   return stereo;
 }
 
-/// Why there is no pose between two cameras that are both known.
-std::string explanation(const StereoResult& result) {
+/// Why there is no pair, where neither camera by itself is the reason.
+std::string explanation(const StereoResult& result, StereoPhase failed_in) {
+  if (failed_in != StereoPhase::between)
+    return std::string("the search for lines stopped: ") + to_string(result.status);
   switch (result.status) {
     case Status::no_match:
       return result.instants + result.disagreeing == 0 ? "the two cameras never see the object at the same time; check "
@@ -62,7 +64,7 @@ void add_stereo_result(const StereoCalibrator& calibrator, const std::vector<std
   report->views.clear();
   const StereoPhase failed_in = calibrator.failed_in();
   if (failed_in != StereoPhase::left && failed_in != StereoPhase::right) {
-    diagnostics.reason = explanation(result);
+    diagnostics.reason = explanation(result, failed_in);
     return;
   }
   const bool left = failed_in == StereoPhase::left;
