@@ -36,6 +36,10 @@ std::string explanation(const StereoResult& result, StereoPhase failed_in) {
                                                        : "the object's poses in the two cameras do not agree; check "
                                                          "that both recordings are of one clock and "
                                                          "that the cameras are fixed to each other";
+    case Status::implausible_result:
+      return "the object's poses in the two cameras agree only roughly; check that both recordings are of one clock, "
+             "to "
+             "a millisecond, that the cameras are fixed to each other, and that no distortion that they have is held";
     case Status::not_converged: return "the refinement of both cameras together did not settle";
     default: return std::string("the refinement of both cameras together stopped: ") + to_string(result.status);
   }
@@ -53,6 +57,7 @@ void add_stereo_result(const StereoCalibrator& calibrator, const std::vector<std
   Diagnostics& diagnostics = report->diagnostics;
   diagnostics.counts.push_back({"pairs", result.instants});
   diagnostics.counts.push_back({"pairs_disagreeing", result.disagreeing});
+  diagnostics.numbers.push_back({"tie_chi2_per_dof", result.tie_chi2_per_dof});
   report->status = status;
   if (status == Status::ok) {
     diagnostics.reason = "both cameras and their relative pose are determined";

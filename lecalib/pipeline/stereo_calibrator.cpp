@@ -84,6 +84,7 @@ Status StereoCalibrator::step() {
     case StereoPhase::between: {
       const Status status = refiner_.step();
       if (status == Status::in_progress) return status;
+      result_.tie_chi2_per_dof = refiner_.solution().tie_chi2_per_dof;
       return status == Status::ok ? finish_between() : fail(status);
     }
     case StereoPhase::idle:
@@ -218,6 +219,7 @@ Status StereoCalibrator::begin_between() {
   StereoRefineOptions refine = options_.refine;
   refine.independent_views = options_.left.solver.covariance.independent_views;
   refine.line_offset_px = options_.left.solver.covariance.line_offset_px;
+  refine.max_tie_chi2_per_dof = options_.left.solver.plausibility.max_chi2_per_dof;
   status = refiner_.init(cameras_[0].solver().stereo_camera(), cameras_[1].solver().stereo_camera(),
                          workspace_.pairs.first(agreeing), T_right_left, refine, workspace_.refiner);
   return status == Status::ok ? Status::in_progress : fail(status);

@@ -31,7 +31,8 @@ struct StereoOptions {
   /// gyro_samples must be empty; windows_on_grid is set, and window is that of the left one for both.
   MonoOptions left, right;
   StereoPoseOptions pose;
-  StereoRefineOptions refine;  ///< independent_views and line_offset_px are those of the left camera's solver
+  /// independent_views, line_offset_px and max_tie_chi2_per_dof (of chi2_per_dof) are those of the left camera's solver
+  StereoRefineOptions refine;
 };
 
 /// What is being worked on: each camera by itself, then both together.
@@ -44,6 +45,7 @@ struct StereoResult {
   CalibrationResult left, right;  ///< as MonoCalibrator::result(), refined together
   Pose T_right_left;              ///< x_right = T_right_left x_left
   double covariance[36] = {};     ///< of T_right_left, as ViewResult::covariance: (w, t), R = exp(w) R_true
+  double tie_chi2_per_dof = 0;    ///< see StereoSolution; 0 before both were refined together
   std::uint32_t instants = 0;     ///< seen by both cameras, in use
   /// Seen by both, but the cameras' poses did not agree: used for each by itself. All of them where that is the reason
   /// for no_match; where that is 0 the cameras never see the object at the same time.
@@ -113,7 +115,8 @@ class StereoCalibrator {
   /// both together.
   /// @return in_progress (call again) | need_more_data (see wanted()) | ok (result() is there) | wrong_state (before
   ///         init()) | final: what MonoCalibrator::step() gives, phase at which it failed: failed_in(); no_match (the
-  ///         cameras' poses do not agree); not_converged, degenerate_geometry, numerical_failure
+  ///         cameras' poses do not agree); not_converged, degenerate_geometry, numerical_failure; implausible_result in
+  ///         StereoPhase::between (their poses agree roughly, but not as well as each is known)
   Status step();
 
   /// Whose events are needed next, where step() returned need_more_data.

@@ -50,9 +50,10 @@ Status StereoRefiner::init(const StereoCamera& left, const StereoCamera& right, 
     for (std::uint32_t& partner : workspace_.partner[side]) partner = kNoView;
   }
   if (!has_room()) return Status::capacity_exceeded;
-  std::size_t tied = 0;
-  if (const Status status = tie_views(&tied); status != Status::ok) return status;
-  if (tied == 0) return Status::too_few_lines;
+  if (const Status status = tie_views(); status != Status::ok) return status;
+  if (tied_ == 0) return Status::too_few_lines;
+  if (!linearise()) return Status::numerical_failure;
+  cost_alone_ = cost_;
   place_right_views();
   return linearise() ? Status::ok : Status::numerical_failure;
 }
@@ -66,8 +67,9 @@ bool StereoRefiner::has_room() const {
          w.columns.size() >= 6 * n && w.active.size() >= n && w.kept_offsets.size() >= n - kTail;
 }
 
-/// @param tied how many pairs have both views in use
-Status StereoRefiner::tie_views(std::size_t* tied) {
+/// Ties the pairs of which both views are in use.
+Status StereoRefiner::tie_views() {
+  tied_ = 0;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const std::uint32_t index[kSides] = {pairs_[i].left, pairs_[i].right};
     bool both_used = true;
@@ -82,7 +84,7 @@ Status StereoRefiner::tie_views(std::size_t* tied) {
     for (std::size_t side = 0; side < kSides; ++side) {
       workspace_.partner[side][index[side]] = static_cast<std::uint32_t>(i);
     }
-    ++*tied;
+    ++tied_;
   }
   return Status::ok;
 }
@@ -234,7 +236,12 @@ Status StereoRefiner::finish() {
   if (is_estimated() && options_.independent_views > 0) {
     solution_.scale *= std::max(1.0, static_cast<double>(instants) / options_.independent_views);
   }
-  return compute_covariance() ? Status::ok : Status::degenerate_geometry;
+  // The first pair pays for T_right_left.
+  const double ties = 6 * (static_cast<double>(tied_) - 1);
+  solution_.tie_chi2_per_dof = ties > 0 ? std::max(0.0, cost_ - cost_alone_) / ties : 0;
+  if (!compute_covariance()) return Status::degenerate_geometry;
+  const double most = options_.max_tie_chi2_per_dof;
+  return most <= 0 || solution_.tie_chi2_per_dof <= most ? Status::ok : Status::implausible_result;
 }
 
 /// Of all but the offsets: the inverse's last block, and where offsets are not estimated what each of them does to the

@@ -175,6 +175,23 @@ TEST_CASE("stereo calibrator: says how many instants did not agree, and an init(
   CHECK(bench.calibrator->result(&result) == Status::wrong_state);
 }
 
+TEST_CASE("stereo calibrator: refuses cameras whose clocks are apart, though their poses agree roughly") {
+  const std::vector<Event> events = shipped_events();
+  std::vector<Event> later = events;
+  for (Event& event : later) event.t_us += 30'000;
+  Bench bench;
+  REQUIRE(bench.init() == Status::ok);
+  CHECK(bench.run(events, later, 5000) == Status::implausible_result);
+  CHECK(bench.calibrator->failed_in() == StereoPhase::between);
+  StereoResult result;
+  CHECK(bench.calibrator->result(&result) == Status::implausible_result);
+  CHECK(result.tie_chi2_per_dof > 2);
+  REQUIRE(bench.init() == Status::ok);
+  REQUIRE(bench.run(events, events, 5000) == Status::ok);
+  REQUIRE(bench.calibrator->result(&result) == Status::ok);
+  CHECK(result.tie_chi2_per_dof < 1e-3);
+}
+
 TEST_CASE("stereo calibrator: refuses wrong arguments and calls out of turn") {
   Bench bench;
   StereoCalibrator& calibrator = *bench.calibrator;
