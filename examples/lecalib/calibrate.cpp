@@ -101,13 +101,13 @@ void add_hints(CLI::App* command, CalibrateOptions* options) {
       ->add_option(
           "--focal", options->focal_px,
           "Hint for EVENTS, no measurement: the focal length to about 20 %, tried first and believed where two "
-          "explanations are as good")
+          "explanations are as good; with --right, of both cameras")
       ->type_name("PX")
       ->check(CLI::PositiveNumber);
   command
       ->add_option("--hint-pose", options->hint_pose,
                    "Hint for EVENTS: from model to camera where the object is first seen, rotation vector (rad) and "
-                   "translation (m), to about 20 degrees and a third of the distance")
+                   "translation (m), to about 20 degrees and a third of the distance; with --right, to the left camera")
       ->type_name(kPoseWords);
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 /// lecalib calibrate EVENTS --right EVENTS: from recordings of two cameras to both and the pose between them.
-#include <algorithm>
+#include <filesystem>
 #include <memory>
+#include <system_error>
 #include <vector>
 
 #include "calibrate.hpp"
@@ -58,9 +59,20 @@ void collect(const Sources& left, const Sources& right, StereoCalibrator* calibr
   }
 }
 
+/// A recording that stands for both cameras would give an answer: nothing between them.
+void refuse_same_files(const CalibrateOptions& options) {
+  for (const std::string& left : options.events) {
+    for (const std::string& right : options.right) {
+      std::error_code not_there;  // said when it is opened
+      if (std::filesystem::equivalent(left, right, not_there)) fail({"is named as both cameras' recording", right});
+    }
+  }
+}
+
 }  // namespace
 
 void calibrate_stereo(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report) {
+  refuse_same_files(options);
   const Sources left = open_recordings(options.events, options.sensor);
   const Sources right = open_recordings(options.right, options.sensor);
   std::vector<std::string>& inputs = report->diagnostics.inputs;
@@ -70,6 +82,7 @@ void calibrate_stereo(const CalibrateOptions& options, const host::Model& model,
                                        capacities_for(right.front()->sensor(), options, model)};
   StereoOptions stereo;
   stereo.left = stereo.right = mono_options(options);
+  stereo.right.matcher.hints.has_pose = false;  // nobody knows yet where the object is for the right camera
   const host::HeapArena block(required_bytes(capacities));
   const auto calibrator = std::make_unique<StereoCalibrator>();
   const Status ready = calibrator->init(block.memory(), capacities, stereo, model.lines);

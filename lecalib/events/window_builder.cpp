@@ -8,6 +8,7 @@ namespace lecalib {
 namespace {
 
 constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kEarliest = std::numeric_limits<std::int64_t>::min();
 
 /// later - earlier for any two times, later >= earlier.
 constexpr std::uint64_t distance_us(std::int64_t earlier, std::int64_t later) noexcept {
@@ -103,8 +104,9 @@ bool WindowBuilder::ends_before(std::int64_t t_us, std::int64_t* end_us) const n
 
 std::int64_t WindowBuilder::first_begin_us(std::int64_t t_us) const noexcept {
   if (!options_.on_grid || options_.length_us == 0) return t_us;
-  const std::int64_t after = t_us % options_.length_us;
-  return after < 0 ? t_us - after - options_.length_us : t_us - after;
+  const std::int64_t remainder = t_us % options_.length_us;
+  const std::int64_t after = remainder < 0 ? remainder + options_.length_us : remainder;
+  return t_us < kEarliest + after ? t_us : t_us - after;
 }
 
 void WindowBuilder::open(std::int64_t t_us) noexcept {

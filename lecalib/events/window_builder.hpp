@@ -19,7 +19,7 @@ struct WindowOptions {
   /// that send more; 0: as many as the storage holds.
   std::uint32_t max_rate_per_s = 0;
   /// A first window, of length_us, begins at a multiple of length_us, so that those of several sensors on one clock lie
-  /// on one grid.
+  /// on one grid. (The first event's time where that multiple is before all times.)
   bool on_grid = false;
 };
 

@@ -24,8 +24,10 @@ StereoReport stereo_report(const StereoResult& result) {
   return stereo;
 }
 
-/// Why there is no pose between two cameras that are both known.
-std::string explanation(const StereoResult& result) {
+/// Why there is no pair, where neither camera by itself is the reason.
+std::string explanation(const StereoResult& result, StereoPhase failed_in) {
+  if (failed_in != StereoPhase::between)
+    return std::string("the search for lines stopped: ") + to_string(result.status);
   switch (result.status) {
     case Status::no_match:
       return result.instants + result.disagreeing == 0 ? "the two cameras never see the object at the same time; check "
@@ -34,6 +36,10 @@ std::string explanation(const StereoResult& result) {
                                                        : "the object's poses in the two cameras do not agree; check "
                                                          "that both recordings are of one clock and "
                                                          "that the cameras are fixed to each other";
+    case Status::implausible_result:
+      return "the object's poses in the two cameras agree only roughly; check that both recordings are of one clock, "
+             "to "
+             "a millisecond, that the cameras are fixed to each other, and that no distortion that they have is held";
     case Status::not_converged: return "the refinement of both cameras together did not settle";
     default: return std::string("the refinement of both cameras together stopped: ") + to_string(result.status);
   }
@@ -51,6 +57,7 @@ void add_stereo_result(const StereoCalibrator& calibrator, const std::vector<std
   Diagnostics& diagnostics = report->diagnostics;
   diagnostics.counts.push_back({"pairs", result.instants});
   diagnostics.counts.push_back({"pairs_disagreeing", result.disagreeing});
+  diagnostics.numbers.push_back({"tie_chi2_per_dof", result.tie_chi2_per_dof});
   report->status = status;
   if (status == Status::ok) {
     diagnostics.reason = "both cameras and their relative pose are determined";
@@ -62,7 +69,7 @@ void add_stereo_result(const StereoCalibrator& calibrator, const std::vector<std
   report->views.clear();
   const StereoPhase failed_in = calibrator.failed_in();
   if (failed_in != StereoPhase::left && failed_in != StereoPhase::right) {
-    diagnostics.reason = explanation(result);
+    diagnostics.reason = explanation(result, failed_in);
     return;
   }
   const bool left = failed_in == StereoPhase::left;

@@ -12,6 +12,9 @@ namespace {
 /// How far the phases after collecting have come when they begin.
 constexpr float kShareOfOneCamera = 0.45F;
 
+/// See MonoCalibrator::result().
+constexpr std::size_t kViewsPerWindow = 2;
+
 bool same_time(const EventWindow& a, const EventWindow& b) { return a.begin_us == b.begin_us && a.end_us == b.end_us; }
 
 }  // namespace
@@ -32,6 +35,7 @@ const char* to_string(StereoPhase phase) noexcept {
 Status StereoCalibrator::init(Span<std::byte> memory, const StereoCapacities& capacities, const StereoOptions& options,
                               Span<const ModelLine> model) {
   phase_ = StereoPhase::idle;
+  verdict_ = Status::wrong_state;
   if (!options.left.gyro_samples.empty() || !options.right.gyro_samples.empty() ||
       capacities.left.windows != capacities.right.windows) {
     return Status::invalid_argument;
@@ -48,6 +52,7 @@ Status StereoCalibrator::init(Span<std::byte> memory, const StereoCapacities& ca
   }
   if (status != Status::ok) return status;
   result_ = StereoResult();
+  for (Clock& clock : clocks_) clock = {};
   finished_[0] = finished_[1] = false;
   verdict_ = Status::in_progress;
   failed_in_ = StereoPhase::idle;
@@ -79,6 +84,7 @@ Status StereoCalibrator::step() {
     case StereoPhase::between: {
       const Status status = refiner_.step();
       if (status == Status::in_progress) return status;
+      result_.tie_chi2_per_dof = refiner_.solution().tie_chi2_per_dof;
       return status == Status::ok ? finish_between() : fail(status);
     }
     case StereoPhase::idle:
@@ -89,6 +95,7 @@ Status StereoCalibrator::step() {
 }
 
 /// Windows of the same time are worked on together; what one camera has alone comes when the other one is past it.
+/// Where clocks are set back, as between two recordings, times before that are past for both.
 Status StereoCalibrator::collect() {
   const EventWindow* window[kStereoSides] = {};
   for (std::size_t side = 0; side < kStereoSides; ++side) {
@@ -102,10 +109,18 @@ Status StereoCalibrator::collect() {
     return Status::in_progress;
   }
   if (window[0] == nullptr || window[1] == nullptr) return work_on(window[0] != nullptr, window[1] != nullptr);
+  const std::uint32_t left_set_back = clocks_[0].times_set_back(*window[0]);
+  const std::uint32_t right_set_back = clocks_[1].times_set_back(*window[1]);
+  if (left_set_back != right_set_back) return work_on(left_set_back < right_set_back, right_set_back < left_set_back);
   if (same_time(*window[0], *window[1])) return work_on(true, true);
   const bool left_first = window[0]->begin_us != window[1]->begin_us ? window[0]->begin_us < window[1]->begin_us
                                                                      : window[0]->end_us < window[1]->end_us;
   return work_on(left_first, !left_first);
+}
+
+/// How often the clock was set back before the window.
+std::uint32_t StereoCalibrator::Clock::times_set_back(const EventWindow& window) const {
+  return set_back + (window.begin_us < begin_us ? 1 : 0);
 }
 
 /// Both banks are offered the same windows with the same information. A camera without lines of its own gets none; the
@@ -115,7 +130,9 @@ Status StereoCalibrator::work_on(bool left, bool right) {
   const bool has[kStereoSides] = {left, right};
   float information = 0;
   for (std::size_t side = 0; side < kStereoSides; ++side) {
-    if (!has[side]) continue;
+    const EventWindow* const window = has[side] ? cameras_[side].full_window() : nullptr;
+    if (window == nullptr) continue;
+    clocks_[side] = {clocks_[side].times_set_back(*window), window->begin_us};
     const Status status = cameras_[side].find_lines(&lines[side]);
     if (status != Status::ok) return fail(status);
     information += LineBank::information_of(lines[side].lines);
@@ -154,24 +171,27 @@ Status StereoCalibrator::calibrate(StereoSide side) {
   return begin_between();
 }
 
-/// Fills the workspace's pairs and poses with what both cameras have seen at the same time. @return how many there are
+/// Fills the workspace's pairs and poses with what both cameras have seen at the same time: in the same window, as both
+/// banks keep the same ones. @return how many there are
 std::size_t StereoCalibrator::pair_views() {
   CalibrationResult results[kStereoSides];
   for (std::size_t side = 0; side < kStereoSides; ++side) (void)cameras_[side].result(&results[side]);
-  const Span<const View> left = cameras_[0].views();
-  const Span<const View> right = cameras_[1].views();
+  const Span<const WindowPoses> left = cameras_[0].matched_windows();
+  const Span<const WindowPoses> right = cameras_[1].matched_windows();
   std::size_t count = 0;
   for (std::size_t l = 0, r = 0; l < left.size() && r < right.size();) {
-    if (left[l].t_us != right[r].t_us) {
-      ++(left[l].t_us < right[r].t_us ? l : r);
+    if (left[l].window != right[r].window) {
+      ++(left[l].window < right[r].window ? l : r);
       continue;
     }
-    const ViewResult& seen_left = results[0].views[l];
-    const ViewResult& seen_right = results[1].views[r];
-    if (seen_left.used && seen_right.used) {
-      workspace_.pairs[count] = {static_cast<std::uint32_t>(l), static_cast<std::uint32_t>(r), Pose()};
-      workspace_.poses[count] = {seen_left.T_cam_world, seen_right.T_cam_world, Pose(), false};
-      ++count;
+    for (std::size_t view = 0; view < kViewsPerWindow; ++view) {
+      const auto at_left = static_cast<std::uint32_t>(kViewsPerWindow * l + view);
+      const auto at_right = static_cast<std::uint32_t>(kViewsPerWindow * r + view);
+      const ViewResult& seen_left = results[0].views[at_left];
+      const ViewResult& seen_right = results[1].views[at_right];
+      if (!seen_left.used || !seen_right.used) continue;
+      workspace_.pairs[count] = {at_left, at_right, Pose()};
+      workspace_.poses[count++] = {seen_left.T_cam_world, seen_right.T_cam_world, Pose(), false};
     }
     ++l;
     ++r;
@@ -185,6 +205,7 @@ Status StereoCalibrator::begin_between() {
   const Span<const Pose> symmetries = workspace_.symmetries.first(find_symmetries(model_, workspace_.symmetries));
   Pose T_right_left;
   Status status = find_stereo_pose(workspace_.poses.first(count), symmetries, options_.pose, &T_right_left);
+  result_.disagreeing = static_cast<std::uint32_t>(count);
   if (status != Status::ok) return fail(status);
   std::size_t agreeing = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -198,6 +219,7 @@ Status StereoCalibrator::begin_between() {
   StereoRefineOptions refine = options_.refine;
   refine.independent_views = options_.left.solver.covariance.independent_views;
   refine.line_offset_px = options_.left.solver.covariance.line_offset_px;
+  refine.max_tie_chi2_per_dof = options_.left.solver.plausibility.max_chi2_per_dof;
   status = refiner_.init(cameras_[0].solver().stereo_camera(), cameras_[1].solver().stereo_camera(),
                          workspace_.pairs.first(agreeing), T_right_left, refine, workspace_.refiner);
   return status == Status::ok ? Status::in_progress : fail(status);

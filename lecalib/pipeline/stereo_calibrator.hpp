@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "lecalib/core/arena.hpp"
 #include "lecalib/core/records.hpp"
@@ -27,9 +28,11 @@ struct StereoCapacities {
 };
 
 struct StereoOptions {
-  MonoOptions left, right;  ///< gyro_samples must be empty; windows_on_grid is set
+  /// gyro_samples must be empty; windows_on_grid is set, and window is that of the left one for both.
+  MonoOptions left, right;
   StereoPoseOptions pose;
-  StereoRefineOptions refine;  ///< independent_views and line_offset_px are those of the left camera's solver
+  /// independent_views, line_offset_px and max_tie_chi2_per_dof (of chi2_per_dof) are those of the left camera's solver
+  StereoRefineOptions refine;
 };
 
 /// What is being worked on: each camera by itself, then both together.
@@ -42,11 +45,15 @@ struct StereoResult {
   CalibrationResult left, right;  ///< as MonoCalibrator::result(), refined together
   Pose T_right_left;              ///< x_right = T_right_left x_left
   double covariance[36] = {};     ///< of T_right_left, as ViewResult::covariance: (w, t), R = exp(w) R_true
+  double tie_chi2_per_dof = 0;    ///< see StereoSolution; 0 before both were refined together
   std::uint32_t instants = 0;     ///< seen by both cameras, in use
-  std::uint32_t disagreeing = 0;  ///< seen by both, but the cameras' poses did not agree: used for each by itself
+  /// Seen by both, but the cameras' poses did not agree: used for each by itself. All of them where that is the reason
+  /// for no_match; where that is 0 the cameras never see the object at the same time.
+  std::uint32_t disagreeing = 0;
 };
 
-/// Most symmetries of a model: those of a cube.
+/// Symmetries of a model that are tried at most: those of a cube. Of a regular polygon with more than 12 sides the
+/// first ones.
 inline constexpr std::size_t kMaxSymmetries = 24;
 
 struct StereoWorkspace {
@@ -85,7 +92,9 @@ constexpr std::size_t required_bytes(const StereoCapacities& capacities) {
   return meter.peak();
 }
 
-/// Calibrates two cameras. Call it from one thread, as a MonoCalibrator.
+/// Calibrates two cameras. Call it from one thread, as a MonoCalibrator. Clocks may be set back, for both cameras
+/// alike, as between two recordings: after a camera's n-th time its windows are paired with those after the other's
+/// n-th.
 class StereoCalibrator {
  public:
   /// @param memory at least required_bytes(capacities), aligned to kArenaAlign; must outlive the calibrator
@@ -106,10 +115,11 @@ class StereoCalibrator {
   /// both together.
   /// @return in_progress (call again) | need_more_data (see wanted()) | ok (result() is there) | wrong_state (before
   ///         init()) | final: what MonoCalibrator::step() gives, phase at which it failed: failed_in(); no_match (the
-  ///         cameras' poses do not agree); not_converged, degenerate_geometry, numerical_failure
+  ///         cameras' poses do not agree); not_converged, degenerate_geometry, numerical_failure; implausible_result in
+  ///         StereoPhase::between (their poses agree roughly, but not as well as each is known)
   Status step();
 
-  /// Whose events are needed next.
+  /// Whose events are needed next, where step() returned need_more_data.
   [[nodiscard]] StereoSide wanted() const;
 
   /// @return ok | what the last step() returned; *out is filled as far as it was computed
@@ -123,6 +133,13 @@ class StereoCalibrator {
 
  private:
   static constexpr std::size_t index_of(StereoSide side) { return static_cast<std::size_t>(side); }
+
+  /// Of one camera, as its windows tell it.
+  struct Clock {
+    std::uint32_t set_back = 0;                                        ///< how often it was
+    std::int64_t begin_us = std::numeric_limits<std::int64_t>::min();  ///< of the last window worked on
+    [[nodiscard]] std::uint32_t times_set_back(const EventWindow& window) const;
+  };
 
   Status collect();
   Status work_on(bool left, bool right);
@@ -138,6 +155,7 @@ class StereoCalibrator {
   Span<const ModelLine> model_;
   StereoRefiner refiner_;
   StereoResult result_;
+  Clock clocks_[kStereoSides];
   bool finished_[kStereoSides] = {};
   StereoPhase phase_ = StereoPhase::idle;
   StereoPhase failed_in_ = StereoPhase::idle;

@@ -106,6 +106,7 @@ std::size_t find_symmetries(Span<const ModelLine> model, Span<Pose> out) {
   if (out.empty()) return 0;
   std::size_t count = 0;
   out[count++] = Pose();
+  if (model.empty()) return count;
   // Three points of the model, as far from one line as any, and where else they may lie.
   const Vec3 a = begin_of(model[0]);
   const Vec3 b = end_of(model[0]);

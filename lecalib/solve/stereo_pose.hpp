@@ -12,7 +12,7 @@ namespace lecalib {
 
 /// The rigid motions that map a model's lines onto its lines, the identity first: what cameras can't tell apart.
 /// @param out room for them; a rectangle has 4, a box of three lengths 4, a cube 24
-/// @return how many were found; out.size() at most
+/// @return how many were found; where there are more than out.size() that many, and the others are left out
 /// Complexity n^2 for a model of n lines, n^2 more for each motion that maps three of its points.
 std::size_t find_symmetries(Span<const ModelLine> model, Span<Pose> out);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "lecalib/math/cholesky.hpp"
 #include "lecalib/math/packed_cholesky.hpp"
@@ -48,18 +49,27 @@ Status StereoRefiner::init(const StereoCamera& left, const StereoCamera& right, 
     if (camera.refiner->views().size() > workspace.partner[side].size()) return Status::capacity_exceeded;
     for (std::uint32_t& partner : workspace_.partner[side]) partner = kNoView;
   }
-  if (size() > workspace.gradient.size() || triangle_index(size(), 0) > workspace.matrix.size()) {
-    return Status::capacity_exceeded;
-  }
-  std::size_t tied = 0;
-  if (const Status status = tie_views(&tied); status != Status::ok) return status;
-  if (tied == 0) return Status::too_few_lines;
+  if (!has_room()) return Status::capacity_exceeded;
+  if (const Status status = tie_views(); status != Status::ok) return status;
+  if (tied_ == 0) return Status::too_few_lines;
+  if (!linearise()) return Status::numerical_failure;
+  cost_alone_ = cost_;
   place_right_views();
   return linearise() ? Status::ok : Status::numerical_failure;
 }
 
-/// @param tied how many pairs have both views in use
-Status StereoRefiner::tie_views(std::size_t* tied) {
+/// Whether the workspace holds the equations.
+bool StereoRefiner::has_room() const {
+  const StereoRefinerWorkspace& w = workspace_;
+  const std::size_t n = size();
+  return n - 1 <= std::numeric_limits<std::uint16_t>::max() && w.matrix.size() >= triangle_index(n, 0) &&
+         w.tail.size() >= triangle_index(kTail, 0) && w.gradient.size() >= n && w.step.size() >= n &&
+         w.columns.size() >= 6 * n && w.active.size() >= n && w.kept_offsets.size() >= n - kTail;
+}
+
+/// Ties the pairs of which both views are in use.
+Status StereoRefiner::tie_views() {
+  tied_ = 0;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const std::uint32_t index[kSides] = {pairs_[i].left, pairs_[i].right};
     bool both_used = true;
@@ -74,7 +84,7 @@ Status StereoRefiner::tie_views(std::size_t* tied) {
     for (std::size_t side = 0; side < kSides; ++side) {
       workspace_.partner[side][index[side]] = static_cast<std::uint32_t>(i);
     }
-    ++*tied;
+    ++tied_;
   }
   return Status::ok;
 }
@@ -226,7 +236,12 @@ Status StereoRefiner::finish() {
   if (is_estimated() && options_.independent_views > 0) {
     solution_.scale *= std::max(1.0, static_cast<double>(instants) / options_.independent_views);
   }
-  return compute_covariance() ? Status::ok : Status::degenerate_geometry;
+  // The first pair pays for T_right_left.
+  const double ties = 6 * (static_cast<double>(tied_) - 1);
+  solution_.tie_chi2_per_dof = ties > 0 ? std::max(0.0, cost_ - cost_alone_) / ties : 0;
+  if (!compute_covariance()) return Status::degenerate_geometry;
+  const double most = options_.max_tie_chi2_per_dof;
+  return most <= 0 || solution_.tie_chi2_per_dof <= most ? Status::ok : Status::implausible_result;
 }
 
 /// Of all but the offsets: the inverse's last block, and where offsets are not estimated what each of them does to the

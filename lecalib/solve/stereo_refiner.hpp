@@ -42,7 +42,8 @@ struct StereoRefineOptions {
   double decrease_tolerance = 1e-6;  ///< as RefineOptions::decrease_tolerance
   /// Of views that count as independent, as CovarianceOptions::independent_views. 0: all of them are
   double independent_views = 36;
-  double line_offset_px = 0;  ///< as CovarianceOptions::line_offset_px, where lines have no EdgeOffsets
+  double line_offset_px = 0;        ///< as CovarianceOptions::line_offset_px, where lines have no EdgeOffsets
+  double max_tie_chi2_per_dof = 0;  ///< of StereoSolution::tie_chi2_per_dof; 0: no bound
 };
 
 /// What both cameras and the pose between them are, and how sure.
@@ -54,6 +55,10 @@ struct StereoSolution {
   double covariance[kParameters * kParameters] = {};
   double scale = 1;         ///< of variances, counted in
   double chi2_per_dof = 0;  ///< of both cameras' points
+  /// What it adds to the cost of each camera by itself that instants have one pose for both, per unknown that this
+  /// saves: 1 where the points' sigmas are true, less where these hold a systematic part. More means two clocks, or
+  /// cameras that are not fixed to each other.
+  double tie_chi2_per_dof = 0;
 };
 
 struct StereoRefinerCapacities {
@@ -94,13 +99,13 @@ class StereoRefiner {
  public:
   /// @param pairs outlive the refiner; a view is in one pair at most
   /// @return ok | too_few_lines (no pair of which both views are used) | invalid_argument (an index out of range or
-  /// named twice, a known turn between views, offsets of one camera only) | capacity_exceeded | numerical_failure (no
-  /// finite cost)
+  /// named twice, a known turn between views, offsets of one camera only) | capacity_exceeded (workspace) |
+  /// numerical_failure (no finite cost)
   Status init(const StereoCamera& left, const StereoCamera& right, Span<const StereoPair> pairs,
               const Pose& T_right_left, const StereoRefineOptions& options, const StereoRefinerWorkspace& workspace);
 
   /// One iteration. @return in_progress | ok | not_converged | degenerate_geometry (the equations are singular) |
-  /// numerical_failure
+  /// numerical_failure | implausible_result (above max_tie_chi2_per_dof)
   Status step();
 
   /// Valid once step() returned ok; the cameras, their poses and offsets are those of the refiners.
@@ -117,7 +122,8 @@ class StereoRefiner {
   }
   [[nodiscard]] std::size_t first_between() const { return first_intrinsic(kSides); }
   [[nodiscard]] std::size_t size() const { return first_between() + 6; }
-  Status tie_views(std::size_t* tied);
+  [[nodiscard]] bool has_room() const;
+  Status tie_views();
   [[nodiscard]] const StereoPair* pair_of(std::size_t side, std::size_t view) const;
   [[nodiscard]] Mat6 right_by_left() const;
 
@@ -154,6 +160,8 @@ class StereoRefiner {
   Camera kept_cameras_[kSides];
   Pose kept_between_;
   double cost_ = 0;
+  double cost_alone_ = 0;  ///< of both cameras, each by itself
+  std::size_t tied_ = 0;   ///< pairs
   double damping_ = 0;
   int iterations_ = 0;
 };

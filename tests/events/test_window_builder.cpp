@@ -127,6 +127,26 @@ TEST_CASE("windows: on a grid those of two sensors agree, whenever their events 
   }
 }
 
+TEST_CASE("windows: on a grid that would begin before all times, the first one begins with its event") {
+  constexpr std::int64_t kMin = std::numeric_limits<std::int64_t>::min();
+  constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
+  std::vector<Event> storage(8);
+  for (const std::int64_t length_us : {std::int64_t{1}, std::int64_t{3}, std::int64_t{1000}, kMax}) {
+    for (const std::int64_t t_us : {kMin, kMin + 1, kMax - 1}) {
+      WindowOptions options;
+      options.length_us = length_us;
+      options.on_grid = true;
+      WindowBuilder builder;
+      REQUIRE(builder.init(options, storage) == Status::ok);
+      const std::vector<Window> windows = build(&builder, at_times({t_us, t_us + 1}), 2);
+      REQUIRE_FALSE(windows.empty());
+      CHECK(windows.front().begin_us <= t_us);
+      const bool on_grid = windows.front().begin_us % length_us == 0;
+      CHECK((on_grid || windows.front().begin_us == t_us));
+    }
+  }
+}
+
 TEST_CASE("windows: the whole range of times does no harm") {
   constexpr std::int64_t kMin = std::numeric_limits<std::int64_t>::min();
   constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();

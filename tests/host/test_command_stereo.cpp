@@ -119,6 +119,9 @@ TEST_CASE("lecalib calibrate --right: says which camera has no answer, and what 
                      "--gyro", "recording"});
   CHECK(run.exit_code != 0);
   CHECK(run.err.find("--gyro goes with one camera") != std::string::npos);
+  run = run_lecalib({"calibrate", folder / "left.raw", "--right", folder / "left.raw", "--target", kShippedBox});
+  CHECK(run.exit_code != 0);
+  CHECK(run.err.find("is named as both cameras' recording") != std::string::npos);
 }
 
 TEST_CASE("lecalib calibrate --right: a simulated pair, against its truth") {

@@ -132,6 +132,66 @@ TEST_CASE("stereo calibrator: windows stay paired where one camera begins late, 
   CHECK(translation_of(result.T_right_left).norm() <= 0.01);
 }
 
+TEST_CASE("stereo calibrator: where both clocks are set back, as between recordings, windows stay paired") {
+  const std::vector<Event> events = shipped_events();
+  const auto middle = static_cast<std::ptrdiff_t>(events.size() / 2);
+  // The left camera begins its first recording in the middle, the right one ends its first in the middle.
+  std::vector<Event> left(events.begin() + middle / 2, events.end());
+  std::vector<Event> right(events.begin(), events.begin() + middle + middle / 2);
+  left.insert(left.end(), events.begin(), events.end());
+  right.insert(right.end(), events.begin(), events.end());
+  Bench bench;
+  REQUIRE(bench.init() == Status::ok);
+  REQUIRE(bench.run(left, right, 3000) == Status::ok);
+  StereoResult result;
+  REQUIRE(bench.calibrator->result(&result) == Status::ok);
+  // Of both recordings: in each of the two series of times.
+  const Span<const View> views = bench.calibrator->camera(StereoSide::left).views();
+  CHECK(result.instants >= views.size() / 2);
+  CHECK(so3_log(rotation_of(result.T_right_left)).norm() <= 0.01);
+  CHECK(translation_of(result.T_right_left).norm() <= 0.01);
+}
+
+TEST_CASE("stereo calibrator: says how many instants did not agree, and an init() that fails leaves nothing behind") {
+  const std::vector<Event> events = shipped_events();
+  StereoOptions strict;
+  strict.pose.agreement = -1;
+  Bench bench;
+  REQUIRE(bench.init(strict) == Status::ok);
+  CHECK(bench.run(events, events, 5000) == Status::no_match);
+  CHECK(bench.calibrator->failed_in() == StereoPhase::between);
+  StereoResult result;
+  CHECK(bench.calibrator->result(&result) == Status::no_match);
+  CHECK(result.instants == 0);
+  CHECK(result.disagreeing > 0);
+
+  REQUIRE(bench.init() == Status::ok);
+  REQUIRE(bench.run(events, events, 5000) == Status::ok);
+  StereoOptions gyro;
+  const GyroSample samples[1] = {};
+  gyro.left.gyro_samples = samples;
+  CHECK(bench.init(gyro) == Status::invalid_argument);
+  CHECK(bench.calibrator->step() == Status::wrong_state);
+  CHECK(bench.calibrator->result(&result) == Status::wrong_state);
+}
+
+TEST_CASE("stereo calibrator: refuses cameras whose clocks are apart, though their poses agree roughly") {
+  const std::vector<Event> events = shipped_events();
+  std::vector<Event> later = events;
+  for (Event& event : later) event.t_us += 30'000;
+  Bench bench;
+  REQUIRE(bench.init() == Status::ok);
+  CHECK(bench.run(events, later, 5000) == Status::implausible_result);
+  CHECK(bench.calibrator->failed_in() == StereoPhase::between);
+  StereoResult result;
+  CHECK(bench.calibrator->result(&result) == Status::implausible_result);
+  CHECK(result.tie_chi2_per_dof > 2);
+  REQUIRE(bench.init() == Status::ok);
+  REQUIRE(bench.run(events, events, 5000) == Status::ok);
+  REQUIRE(bench.calibrator->result(&result) == Status::ok);
+  CHECK(result.tie_chi2_per_dof < 1e-3);
+}
+
 TEST_CASE("stereo calibrator: refuses wrong arguments and calls out of turn") {
   Bench bench;
   StereoCalibrator& calibrator = *bench.calibrator;

@@ -66,6 +66,7 @@ TEST_CASE("symmetries: as many as the object has, wherever it stands") {
   Pose one[1];
   CHECK(find_symmetries(test::box_edges(1, 1, 1), one) == 1);
   CHECK(find_symmetries(test::box_edges(1, 1, 1), {}) == 0);
+  CHECK(find_symmetries({}, one) == 1);
 }
 
 TEST_CASE("symmetries: each maps the lines onto the lines, the identity comes first") {

@@ -362,5 +362,57 @@ TEST_CASE("stereo refiner: what cannot be refined is said") {
   CHECK(begin(rig.pairs) == Status::capacity_exceeded);
 }
 
+TEST_CASE("stereo refiner: what one pose for both costs is as much as noise asks, or it is refused") {
+  constexpr int kTrials = 24;
+  double sum = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    RigOptions options;
+    options.edges = trial % 2 == 0;
+    options.noise_px = 0.05;  // the sigma that points are given
+    options.seed = 40 + static_cast<std::uint64_t>(trial);
+    Rig rig(options);
+    REQUIRE(rig.run(nudged(rig.T_right_left, 1e-3), {}) == Status::ok);
+    sum += rig.refiner.solution().tie_chi2_per_dof;
+  }
+  CHECK(sum / kTrials == doctest::Approx(1).epsilon(0.3));
+  // The right camera was elsewhere at one instant, by some sigmas.
+  for (const double bound : {0.0, 2.0}) {
+    Rig rig(RigOptions{});
+    rig.pairs[2].symmetry = nudged(rig.symmetry, 0.003);
+    StereoRefineOptions refine;
+    refine.max_tie_chi2_per_dof = bound;
+    CHECK(rig.run(rig.T_right_left, refine) == (bound > 0 ? Status::implausible_result : Status::ok));
+    CHECK(rig.refiner.solution().tie_chi2_per_dof > 2);
+  }
+}
+
+TEST_CASE("stereo refiner: a workspace that lacks one element of anything is refused") {
+  for (const bool edges : {false, true}) {
+    RigOptions options;
+    options.edges = edges;
+    Rig rig(options);
+    const StereoRefinerWorkspace whole = rig.workspace;
+    const std::size_t offsets = edges ? rig.side[0]->offsets.size() + rig.side[1]->offsets.size() : 2 * 8;
+    const std::size_t n = offsets + kShared;
+    const auto begin = [&rig](const StereoRefinerWorkspace& workspace) {
+      return rig.refiner.init(rig.camera(0), rig.camera(1), rig.pairs, rig.T_right_left, {}, workspace);
+    };
+    const auto refused = [&](auto member, std::size_t needed) {
+      StereoRefinerWorkspace workspace = whole;
+      workspace.*member = (whole.*member).first(needed);
+      CHECK(begin(workspace) == Status::ok);
+      workspace.*member = (whole.*member).first(needed - 1);
+      CHECK(begin(workspace) == Status::capacity_exceeded);
+    };
+    refused(&StereoRefinerWorkspace::matrix, triangle_index(n, 0));
+    refused(&StereoRefinerWorkspace::tail, triangle_index(kShared, 0));
+    refused(&StereoRefinerWorkspace::gradient, n);
+    refused(&StereoRefinerWorkspace::step, n);
+    refused(&StereoRefinerWorkspace::columns, 6 * n);
+    refused(&StereoRefinerWorkspace::active, n);
+    refused(&StereoRefinerWorkspace::kept_offsets, offsets);
+  }
+}
+
 }  // namespace
 }  // namespace lecalib
