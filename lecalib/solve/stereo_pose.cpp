@@ -113,9 +113,10 @@ std::size_t find_symmetries(Span<const ModelLine> model, Span<Pose> out) {
   Vec3 c = a;
   double size = 0;
   for (const ModelLine& line : model) {
-    const Vec3 p = begin_of(line);
-    if ((b - a).cross(p - a).norm() > (b - a).cross(c - a).norm()) c = p;
-    size = std::max({size, (p - a).norm(), (end_of(line) - a).norm()});
+    for (const Vec3& p : {begin_of(line), end_of(line)}) {
+      if ((b - a).cross(p - a).norm() > (b - a).cross(c - a).norm()) c = p;
+      size = std::max(size, (p - a).norm());
+    }
   }
   const double reach = kSamePlace * size;
   if ((b - a).cross(c - a).norm() <= reach * reach) return count;

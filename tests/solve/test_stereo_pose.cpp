@@ -60,6 +60,11 @@ TEST_CASE("symmetries: as many as the object has, wherever it stands") {
   std::vector<ModelLine> visible = test::box_edges(0.4, 0.3, 0.25);
   visible.pop_back();
   CHECK(count_symmetries(visible) == 1);
+  std::vector<ModelLine> star;  // all begin at one point
+  for (const Vec3& end : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0)}) {
+    star.push_back(test::make_line(Vec3::Zero(), end));
+  }
+  CHECK(count_symmetries(star) == 8);
   Rng rng(4);
   CHECK(count_symmetries(test::random_lines(rng, 10, 1, 1, 1)) == 1);
   CHECK(count_symmetries({test::make_line(Vec3(0, 0, 0), Vec3(1, 0, 0))}) == 1);  // all on one line: not looked for
