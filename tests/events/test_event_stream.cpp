@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
-#include <fstream>
 #include <map>
 #include <string>
 
 #include "lecalib/events/event_stream.hpp"
 #include "support/decode_pieces.hpp"
+#include "support/opened_stream.hpp"
 #include "support/random_events.hpp"
 #include "support/record_encoder.hpp"
 #include "support/shared_data.hpp"
@@ -16,35 +16,6 @@ namespace {
 
 const std::vector<Word> kEvt3Words = {{8, 3}, {6, 7}, {0, 100}, {2, 200}};
 const std::vector<Event> kEvt3Events = {{3 * 4096 + 7, 200, 100, 0}};
-
-/// What the stream decoder says of `bytes`, and of itself.
-struct Opened {
-  Decoded decoded;
-  EventFormat format;
-  std::string format_name;
-  SensorSize stated;
-  SensorSize size;
-};
-
-Opened open(const Bytes& bytes, SensorSize given = {}) {
-  EventStreamDecoder decoder(given);
-  Opened opened;
-  opened.decoded = decode_whole(decoder, bytes);
-  Span<const std::uint8_t> input(bytes);
-  std::vector<Event> out(1000);
-  std::size_t count = 0;
-  do {
-    if (decoder.decode(&input, out, &count) != Status::ok) break;
-  } while (count > 0);
-  if (decoder.finish(out, &count) != Status::ok) CHECK(opened.decoded.status != Status::ok);
-  opened.format = decoder.format();
-  opened.format_name = decoder.format_name();
-  opened.stated = decoder.stated_size();
-  opened.size = decoder.size();
-  CHECK(decoder.width() == opened.size.width);
-  CHECK(decoder.height() == opened.size.height);
-  return opened;
-}
 
 TEST_CASE("stream: a RAW header gives format and size") {
   for (const std::string header :
@@ -314,107 +285,6 @@ TEST_CASE("stream: an error's place counts from the first byte of the stream") {
   const Decoded text = decode_whole(EventStreamDecoder(), to_bytes("1 2 3 1\n1 2 3 5\n"));
   CHECK(text.error_line == 2);
   CHECK(text.error_offset == 15);
-}
-
-// ---------------------------------------------------------------------------------------------------- real recordings
-
-std::map<std::string, std::int64_t> sums_of(const std::vector<Event>& events) {
-  std::map<std::string, std::int64_t> sums;
-  sums["events"] = static_cast<std::int64_t>(events.size());
-  sums["first_t_us"] = events.front().t_us;
-  sums["last_t_us"] = events.back().t_us;
-  for (const Event& event : events) {
-    sums["on"] += event.polarity;
-    sums["sum_x"] += event.x;
-    sums["sum_y"] += event.y;
-  }
-  return sums;
-}
-
-TEST_CASE("stream: a real EVT3 recording gives what an independent decoder found") {
-  const auto data = shared_data();
-  if (!data) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
-  const auto folder = *data / "real" / "gen3_evt3";
-  std::map<std::string, std::int64_t> expected;
-  std::ifstream file(folder / "expected.txt");
-  std::string name;
-  std::int64_t value = 0;
-  while (file >> name >> value) expected[name] = value;
-  REQUIRE(expected.size() == 6);
-
-  const Bytes bytes = read_bytes(folder / "events.raw");
-  const Decoded decoded = decode_whole(EventStreamDecoder(), bytes, 4096);
-  CHECK(decoded.status == Status::ok);
-  CHECK(sums_of(decoded.events) == expected);
-  CHECK(decoded.stats.other_words > 0);
-  CHECK(decoded.stats.undefined_words == 0);
-
-  std::vector<Span<const std::uint8_t>> odd_pieces;
-  for (std::size_t i = 0; i < bytes.size(); i += 997)
-    odd_pieces.push_back(Span<const std::uint8_t>(bytes).subspan(i, 997));
-  CHECK(decode_pieces(EventStreamDecoder(), odd_pieces, 61) == decoded);
-}
-
-TEST_CASE("stream: a real EVT2 recording without end of header and geometry") {
-  const auto data = shared_data();
-  if (!data) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
-  const Opened opened = open(read_bytes(*data / "real" / "gen3_evt2" / "events.raw"));
-  CHECK(opened.format == EventFormat::evt2);
-  CHECK_FALSE(is_known(opened.stated));
-  CHECK(opened.decoded.status == Status::ok);
-  CHECK(opened.decoded.events.size() == 521'252);
-  CHECK(opened.decoded.events.front().t_us / 100'000 == 9137);
-  CHECK(opened.decoded.events.back().t_us - opened.decoded.events.front().t_us < 97'000);
-}
-
-TEST_CASE("stream: real text recordings") {
-  const auto data = shared_data();
-  if (!data) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
-  const Decoded shapes =
-      decode_whole(EventStreamDecoder(), read_bytes(*data / "real" / "davis240c_shapes" / "events.txt"));
-  CHECK(shapes.status == Status::ok);
-  CHECK(shapes.events.size() == 20'000);
-  CHECK(shapes.events.front() == Event{2'097'134, 162, 27, 0});
-  CHECK(open(read_bytes(*data / "real" / "davis346_tags" / "events.csv.gz")).format_name == "gzip");
-  CHECK(open(read_bytes(*data / "real" / "davis346_lab_aedat4" / "davis.aedat4")).format_name == "AEDAT 4");
-}
-
-TEST_CASE("stream: a real DAT recording that does not state its size") {
-  const auto data = shared_data();
-  if (!data) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
-  const Opened opened = open(read_bytes(*data / "real" / "atis_dat" / "events.dat"));
-  CHECK(opened.format == EventFormat::dat);
-  CHECK_FALSE(is_known(opened.stated));
-  CHECK(opened.decoded.status == Status::ok);
-  CHECK(opened.decoded.events.size() == 4'407);
-  CHECK(opened.decoded.stats.time_steps_back == 0);
-  CHECK(opened.decoded.events.back().t_us <= 100'000);
-}
-
-TEST_CASE("stream: a simulated recording that crosses the roll-over of 24 bits") {
-  const auto data = shared_data();
-  if (!data) {
-    MESSAGE("skipped: no shared data");
-    return;
-  }
-  const Decoded decoded =
-      decode_whole(EventStreamDecoder(), read_bytes(*data / "sim" / "06_corridor_vga_hover" / "events.raw"), 4096);
-  CHECK(decoded.status == Status::ok);
-  CHECK(decoded.stats.time_wraps == 1);
-  CHECK(decoded.stats.time_steps_back == 0);
-  CHECK(decoded.events.back().t_us - decoded.events.front().t_us < 500'000);
 }
 
 }  // namespace

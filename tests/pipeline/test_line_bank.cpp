@@ -22,7 +22,7 @@ struct Fixture {
     line.events = i;
     line.edge.crossings = 100;
     for (float& sigma : line.edge.sigma_px) sigma = sigma_px;
-    bank.add({i * 10, i * 10 + 10, {&line, 1}});
+    bank.add({i * 10, i * 10 + 10, {&line, 1}}, LineBank::information_of({&line, 1}));
   }
   std::vector<std::byte> bytes;
   LineBank bank;
@@ -85,7 +85,7 @@ TEST_CASE("line bank: a full bank keeps what tells most") {
 TEST_CASE("lines beyond the capacity are counted") {
   Fixture f(2, 4);
   const std::vector<EventLine> lines(7);
-  f.bank.add({0, 10, lines});
+  f.bank.add({0, 10, lines}, 1);
   CHECK(f.bank.windows()[0].lines.size() == 4);
   CHECK(f.bank.lines_dropped() == 3);
 }
