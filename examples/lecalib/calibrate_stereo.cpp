@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 /// lecalib calibrate EVENTS --right EVENTS: from recordings of two cameras to both and the pose between them.
-#include <filesystem>
 #include <memory>
-#include <system_error>
 #include <vector>
 
 #include "calibrate.hpp"
 #include "event_options.hpp"
 #include "lecalib/host/cpu_clock.hpp"
+#include "lecalib/host/file_io.hpp"
 #include "lecalib/host/heap_arena.hpp"
 #include "lecalib/pipeline/stereo_calibrator.hpp"
 
@@ -63,8 +62,7 @@ void collect(const Sources& left, const Sources& right, StereoCalibrator* calibr
 void refuse_same_files(const CalibrateOptions& options) {
   for (const std::string& left : options.events) {
     for (const std::string& right : options.right) {
-      std::error_code not_there;  // said when it is opened
-      if (std::filesystem::equivalent(left, right, not_there)) fail({"is named as both cameras' recording", right});
+      if (host::is_same_file(left, right)) fail({"is named as both cameras' recording", right});
     }
   }
 }

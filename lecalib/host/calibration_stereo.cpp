@@ -30,16 +30,17 @@ std::string explanation(const StereoResult& result, StereoPhase failed_in) {
     return std::string("the search for lines stopped: ") + to_string(result.status);
   switch (result.status) {
     case Status::no_match:
-      return result.instants + result.disagreeing == 0 ? "the two cameras never see the object at the same time; check "
-                                                         "that both recordings are of one clock, "
-                                                         "and show the object to both"
-                                                       : "the object's poses in the two cameras do not agree; check "
-                                                         "that both recordings are of one clock and "
-                                                         "that the cameras are fixed to each other";
+      if (result.instants + result.disagreeing == 0) {
+        return "the two cameras never see the object at the same time; check that both recordings are of one clock, "
+               "and "
+               "show the object to both";
+      }
+      return "the object's poses in the two cameras do not agree; check that both recordings are of one clock and that "
+             "the cameras are fixed to each other";
     case Status::implausible_result:
       return "the object's poses in the two cameras agree only roughly; check that both recordings are of one clock, "
-             "to "
-             "a millisecond, that the cameras are fixed to each other, and that no distortion that they have is held";
+             "to a "
+             "millisecond, that the cameras are fixed to each other, and that no distortion that they have is held";
     case Status::not_converged: return "the refinement of both cameras together did not settle";
     default: return std::string("the refinement of both cameras together stopped: ") + to_string(result.status);
   }

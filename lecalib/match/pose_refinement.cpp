@@ -75,11 +75,6 @@ void add_pose_prior(const PosePrior& prior, const Pose& pose, Mat6* A, Vec6* a) 
   *a -= J.transpose() * (W * (x - expected));
 }
 
-Pose moved(const Pose& pose, const Vec6& step) {
-  const Mat3 dR = so3_exp(step.head<3>());
-  return make_pose(dR * rotation_of(pose), dR * translation_of(pose) + step.tail<3>());
-}
-
 struct LensSystem {
   Mat6 A;
   Mat64 B;

@@ -29,6 +29,11 @@ inline Pose make_pose(const Mat3& R, const Vec3& t) {
   return pose;
 }
 
+/// The pose after an increment (w, v): x' = exp(w) x + v of what it maps to.
+inline Pose moved(const Pose& pose, const Vec6& increment) {
+  const Mat3 turn = so3_exp(increment.head<3>());
+  return make_pose(turn * rotation_of(pose), turn * translation_of(pose) + increment.tail<3>());
+}
 /// First a, then b: x' = b(a(x)).
 inline Pose product(const Pose& b, const Pose& a) {
   return make_pose(rotation_of(b) * rotation_of(a), rotation_of(b) * translation_of(a) + translation_of(b));

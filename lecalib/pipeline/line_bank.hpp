@@ -23,9 +23,8 @@ class LineBank {
   void clear();
 
   /// Takes a copy of the window's lines; lines beyond the capacity per window are left out and counted, the last first.
-  void add(const LineWindow& window) { add(window, information_of(window.lines.first(lines_per_window_))); }
-  /// The same with what the window tells said by the caller: banks of several cameras that are told the same keep the
-  /// same windows.
+  /// @param information what the window tells, as information_of() has it: banks of several cameras that are told the
+  ///                    same keep the same windows
   void add(const LineWindow& window, float information);
 
   /// Of where a window's edges are, 1/px^2.

@@ -66,9 +66,7 @@ struct StereoWorkspace {
 
 constexpr StereoRefinerCapacities refiner_capacities(const StereoCapacities& c) {
   StereoRefinerCapacities out;
-  const std::size_t left = c.left.windows;
-  const std::size_t right = c.right.windows;
-  out.views = 2 * (left > right ? left : right);
+  out.views = 2 * std::size_t{c.left.windows};
   out.model_lines = c.left.model_lines > c.right.model_lines ? c.left.model_lines : c.right.model_lines;
   out.edges = c.left.edges && c.right.edges;
   return out;
@@ -128,7 +126,7 @@ class StereoCalibrator {
   [[nodiscard]] StereoPhase phase() const { return phase_; }
   [[nodiscard]] StereoPhase failed_in() const { return failed_in_; }
   [[nodiscard]] const MonoCalibrator& camera(StereoSide side) const { return cameras_[index_of(side)]; }
-  /// 0 to 1, never 1 before success.
+  /// 0 to 1, never 1 before success. It falls back once where one camera has edges and the other lines alone.
   [[nodiscard]] float progress() const;
 
  private:

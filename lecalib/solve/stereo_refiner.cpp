@@ -22,11 +22,6 @@ constexpr double kNearEnough = 0.01;
 
 constexpr std::size_t kTail = StereoSolution::kParameters;
 
-Pose moved(const Pose& pose, const Vec6& increment) {
-  const Mat3 turn = so3_exp(increment.head<3>());
-  return make_pose(turn * rotation_of(pose), turn * translation_of(pose) + increment.tail<3>());
-}
-
 }  // namespace
 
 Status StereoRefiner::init(const StereoCamera& left, const StereoCamera& right, Span<const StereoPair> pairs,

@@ -110,7 +110,6 @@ class StereoRefiner {
 
   /// Valid once step() returned ok; the cameras, their poses and offsets are those of the refiners.
   [[nodiscard]] const StereoSolution& solution() const { return solution_; }
-  [[nodiscard]] int iterations() const { return iterations_; }
 
  private:
   static constexpr std::size_t kSides = 2;
