@@ -54,7 +54,7 @@ MonoSolverOptions MonoOptions::recorded_lines() {
   MonoSolverOptions options;
   options.policy.aspect_sd = 0.005;
   options.policy.higher_radial_sd = 0.1;
-  options.covariance.line_offset_px = 0.5;
+  options.covariance.line_errors = {0.5, 0.2, 0.1};
   options.plausibility.max_focal_sigma = 0.02;
   // Four sigma of the prior: only a model of other dimensions pulls pixels of any real sensor so far from square.
   options.plausibility.max_aspect = 1.02;
@@ -279,7 +279,7 @@ Status MonoCalibrator::start_solver() {
   MonoSolverOptions solver = options_.solver;
   if (on_edges_) {
     data.edges = {workspace_.edges.data(), num_points};
-    solver.covariance.line_offset_px = 0;  // offsets are estimated
+    solver.covariance.line_errors = {};  // offsets are estimated
   }
   data.relative = workspace_.turns.first(find_turns());
   const MonoStart start = {matcher_.camera(), {workspace_.start_poses.data(), num_views_}};

@@ -220,8 +220,8 @@ Status MonoSolver::judge(Status status, CalibrationResult* result) {
     return std::isfinite(refiner_.cost()) && !refiner_.reduced_system(&system) ? Status::degenerate_geometry : status;
   }
   const Status covariance = compute_covariance(refiner_, policy_, options_.covariance, views_used_,
-                                               workspace_.responses.first(data_.model.size()), result, &spread_,
-                                               has_edges() ? &offsets_ : nullptr);
+                                               workspace_.responses.first(kLineErrors * data_.model.size()), result,
+                                               &spread_, has_edges() ? &offsets_ : nullptr);
   if (covariance != Status::ok) return covariance;
   const Status plausible = check_plausibility(data_, workspace_.guess.views, options_.plausibility, result);
   return status == Status::ok || plausible == Status::undetermined ? plausible : status;
@@ -265,8 +265,8 @@ void MonoSolver::summarise_views(CalibrationResult* result) {
     const std::size_t lines = summarise_lines(span, free);
     out.residuals = free.first(lines);
     free = free.subspan(lines, free.size() - lines);
-    compute_pose_covariance(refiner_, options_.covariance, spread_, workspace_.responses.first(data_.model.size()), v,
-                            &out);
+    compute_pose_covariance(refiner_, options_.covariance, spread_,
+                            workspace_.responses.first(kLineErrors * data_.model.size()), v, &out);
   }
 }
 

@@ -60,8 +60,8 @@ struct MonoSolverWorkspace {
   Span<ViewResult> results;           ///< one per view
   Span<ViewLineResult> line_results;  ///< see max_line_results()
   Span<std::uint8_t> left_out;        ///< one per point
-  Span<ViewLine> chosen;              ///< one per model line, scratch
-  Span<LineResponse> responses;       ///< one per model line
+  Span<ViewLine> chosen;              ///< kLineErrors per model line, scratch
+  Span<LineResponse> responses;       ///< kLineErrors per model line
   Span<LinePoint> corrected;          ///< one per edge point: where it is without its offsets
   Span<std::uint8_t> wrong_edges;     ///< one per edge point
   EdgeOffsetWorkspace offsets;
@@ -83,7 +83,7 @@ constexpr bool carve(Carver& carver, const MonoSolverCapacities& capacities, Mon
          carver.carve(capacities.views, &out->results) &&
          carver.carve(max_line_results(capacities), &out->line_results) &&
          carver.carve(capacities.points, &out->left_out) && carver.carve(capacities.model_lines, &out->chosen) &&
-         carver.carve(capacities.model_lines, &out->responses) &&
+         carver.carve(kLineErrors * capacities.model_lines, &out->responses) &&
          carver.carve(capacities.edge_points, &out->corrected) &&
          carver.carve(capacities.edge_points, &out->wrong_edges) &&
          (capacities.edge_points == 0 || carve(carver, EdgeOffsetCapacities{capacities.model_lines}, &out->offsets));

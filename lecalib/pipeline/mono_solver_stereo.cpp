@@ -7,7 +7,7 @@ namespace lecalib {
 StereoCamera MonoSolver::stereo_camera() {
   StereoCamera camera;
   camera.refiner = &refiner_;
-  camera.responses = workspace_.responses.first(data_.model.size());
+  camera.responses = workspace_.responses.first(kLineErrors * data_.model.size());
   if (!has_edges()) return camera;
   camera.offsets = &offsets_;
   camera.corrected = workspace_.corrected;

@@ -218,7 +218,7 @@ Status StereoCalibrator::begin_between() {
   result_.disagreeing = static_cast<std::uint32_t>(count - agreeing);
   StereoRefineOptions refine = options_.refine;
   refine.independent_views = options_.left.solver.covariance.independent_views;
-  refine.line_offset_px = options_.left.solver.covariance.line_offset_px;
+  refine.line_errors = options_.left.solver.covariance.line_errors;
   refine.max_tie_chi2_per_dof = options_.left.solver.plausibility.max_chi2_per_dof;
   status = refiner_.init(cameras_[0].solver().stereo_camera(), cameras_[1].solver().stereo_camera(),
                          workspace_.pairs.first(agreeing), T_right_left, refine, workspace_.refiner);

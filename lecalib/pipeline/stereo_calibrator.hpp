@@ -31,7 +31,7 @@ struct StereoOptions {
   /// gyro_samples must be empty; windows_on_grid is set, and window is that of the left one for both.
   MonoOptions left, right;
   StereoPoseOptions pose;
-  /// independent_views, line_offset_px and max_tie_chi2_per_dof (of chi2_per_dof) are those of the left camera's solver
+  /// independent_views, line_errors and max_tie_chi2_per_dof (of chi2_per_dof) are those of the left camera's solver
   StereoRefineOptions refine;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/pipeline/view_points.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lecalib {
@@ -9,7 +10,8 @@ namespace {
 /// The points of one line at one end of its window.
 void add_line(const ViewPointOptions& options, const EventLine& line, bool at_end, std::uint16_t model_line,
               LinePoint* out) {
-  const auto sigma_px = static_cast<double>(at_end ? line.sigma_end_px : line.sigma_begin_px);
+  const float of_line = at_end ? line.sigma_end_px : line.sigma_begin_px;
+  const auto sigma_px = static_cast<double>(std::max(of_line, options.least_sigma_px));
   const std::uint32_t n = options.points_per_line;
   const double point_sigma = sigma_px * std::sqrt(0.5 * n);
   for (std::uint32_t i = 0; i < n; ++i) {

@@ -12,6 +12,9 @@ struct ViewPointOptions {
   /// Points that stand for one line, spread evenly from end to end along its bend; 3 to kMaxPointsPerLine. Three carry
   /// all that the line knows (place, direction, bend); more cost time and bring nothing.
   std::uint32_t points_per_line = 3;
+  /// One sigma of a line, px, at least: an edge's events are late together. Amid background activity a faint edge
+  /// scatters as independent draws do, which the detector takes to have no such error.
+  float least_sigma_px = 0.5F;
 };
 inline constexpr std::uint32_t kMaxPointsPerLine = 16;
 

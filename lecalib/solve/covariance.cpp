@@ -131,13 +131,14 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
     Eigen::Map<Mat9>(spread->inverse) = covariance / scale;
     spread->scale = scale;
   }
-  if (options.line_offset_px > 0.0) {
+  if (options.line_errors.any()) {
     refiner.line_responses(responses);
-    for (LineResponse& response : responses) {
-      Eigen::Map<Vec9> shift(response.shift);
-      shift = factor.solve(Vec9(Eigen::Map<const Vec9>(response.gradient)));
+    for (std::size_t r = 0; r < responses.size(); ++r) {
+      Eigen::Map<Vec9> shift(responses[r].shift);
+      shift = factor.solve(Vec9(Eigen::Map<const Vec9>(responses[r].gradient)));
       for (Eigen::Index i = 0; i < 9; ++i) shift(i) = policy.free[i] ? shift(i) : 0.0;
-      covariance += options.line_offset_px * options.line_offset_px * (shift * shift.transpose());
+      const double size = options.line_errors.of(r);
+      covariance += size * size * (shift * shift.transpose());
     }
   }
   take_covariance(covariance, policy, options, result);
@@ -150,7 +151,7 @@ void compute_pose_covariance(const Refiner& refiner, const CovarianceOptions& op
   for (double& entry : result->covariance) entry = 0.0;
   Mat6 by_increment;
   if (!(spread.scale > 0.0) || !refiner.pose_covariance(view, Eigen::Map<const Mat9>(spread.inverse), spread.scale,
-                                                        options.line_offset_px, responses, &by_increment)) {
+                                                        options.line_errors, responses, &by_increment)) {
     return;
   }
   Mat6 d_increment = Mat6::Identity();  // t' = exp(w) t + v

@@ -12,10 +12,10 @@ struct CovarianceOptions {
   /// max(1, chi2/dof)). false: only their ratios are, and the residuals set the scale (factor chi2/(dof - 2), from 10
   /// degrees of freedom on).
   bool trust_sigma = true;
-  /// One sigma of an offset, px, that all points of a model line share in all views, besides their own errors: the
-  /// events of an edge lie towards its dark side by a few tenths of a pixel, and more views don't average that out.
-  /// 0: none; points measured in images have none.
-  double line_offset_px = 0;
+  /// What all points of a model line share in all views, besides their own errors: the events of an edge lie towards
+  /// its dark side by a few tenths of a pixel, more at one end than at the other where its contrast changes along it,
+  /// and more views don't average that out. Points measured in images have none of it.
+  LineErrorSizes line_errors;
   /// Views of edges whose errors count as independent, > 0. What an edge is off goes with its motion's direction and
   /// speed, which views share that follow each other: of n more views variances grow by n / independent_views.
   double independent_views = 36;
@@ -30,9 +30,9 @@ struct IntrinsicSpread {
 };
 
 /// Fills sigma, covariance, assumed, chi2_per_dof and condition from a converged refinement: the inverse of the Schur
-/// complement of the poses, priors included, plus the covariance of the offsets that were not estimated (a consider
-/// covariance: S cov(offsets) S' with S the solution's answer to each of them).
-/// @param responses one per model line; their gradients and shifts are filled where lines have offsets
+/// complement of the poses, priors included, plus the covariance of the lines' errors, which are not estimated (a
+/// consider covariance: S cov(errors) S' with S the solution's answer to each of them).
+/// @param responses kLineErrors per model line; their gradients and shifts are filled where lines have errors
 /// @param offsets   of the points' edges, estimated in that refinement: what they leave uncertain is added; may be null
 /// @param spread    for compute_pose_covariance(), may be null
 /// @return ok | degenerate_geometry (a view's pose or an intrinsic without prior is not determined at all; *result has
@@ -45,7 +45,7 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
 void take_covariance(const Eigen::Matrix<double, 9, 9>& covariance, const ParameterPolicy& policy,
                      const CovarianceOptions& options, CalibrationResult* result);
 
-/// The covariance of a view's pose, intrinsics and offsets of the lines marginalised. 0 where there is none.
+/// The covariance of a view's pose, intrinsics and errors of the lines marginalised. 0 where there is none.
 /// @param spread, responses as compute_covariance() left them for the refiner's current state
 void compute_pose_covariance(const Refiner& refiner, const CovarianceOptions& options, const IntrinsicSpread& spread,
                              Span<LineResponse> responses, std::size_t view, ViewResult* result);

@@ -104,7 +104,7 @@ OffsetTerms EdgeOffsets::terms(std::size_t point) const {
   const bool on = edge.polarity > 0;
   add_term(kDark, dark);
   const auto along = static_cast<double>(edge.along);
-  const double bend = 6 * along * along - 0.5;
+  const double bend = bend_at(along);
   add_term(kBend, dark * bend);
   add_term(kTrailing, -sign_of(edge.speed_px_per_s));
   add_term(on ? kOnBySpeed : kOffBySpeed, -dark * log_speed(edge.speed_px_per_s));

@@ -67,7 +67,25 @@ struct ReducedSystem {
   Vec9 gradient;
 };
 
-/// What an offset common to all points of one model line does, per px of it.
+/// What all points of a model line can be off in all views alike, towards the same side of it: by an offset, a tilt
+/// (from end to end) and a bend (see bend_at()).
+inline constexpr std::size_t kLineErrors = 3;
+
+/// One sigma of each, px. 0: there is none.
+struct LineErrorSizes {
+  double offset_px = 0, tilt_px = 0, bend_px = 0;
+  [[nodiscard]] bool any() const { return offset_px > 0 || tilt_px > 0 || bend_px > 0; }
+  /// @param response its index among kLineErrors for each model line
+  [[nodiscard]] double of(std::size_t response) const {
+    const double sizes[kLineErrors] = {offset_px, tilt_px, bend_px};
+    return sizes[response % kLineErrors];
+  }
+};
+
+/// How a bend of 1 px goes along a line, from -1/2 to 1/2: 1 at its ends, 0 on average.
+constexpr double bend_at(double along) { return 6 * along * along - 0.5; }
+
+/// What one error of one model line does, per px of it. Those of a line follow each other.
 struct LineResponse {
   double gradient[kNumIntrinsics];  ///< to the reduced gradient
   double shift[kNumIntrinsics];     ///< to the intrinsics
@@ -112,9 +130,8 @@ class Refiner {
   /// What the priors alone contribute to the reduced matrix.
   [[nodiscard]] Eigen::Matrix<double, 9, 9> prior_information() const;
 
-  /// Fills `gradient` of the answers to an offset of every model line, towards the same side of the line in all views,
-  /// at the current state.
-  /// @param responses one per model line
+  /// Fills `gradient` of the answers to the errors of every model line, at the current state.
+  /// @param responses kLineErrors per model line
   void line_responses(Span<LineResponse> responses) const;
 
   /// Answers of the reduced gradient to what all known turns have in common (RelativePrior::shared_rad, about each
@@ -127,12 +144,12 @@ class Refiner {
   [[nodiscard]] double parameters_from_turns(const Eigen::Matrix<double, 9, 9>& inverse) const;
 
   /// Covariance of one view's pose, by the increments (w, v) of x_cam' = exp(w) x_cam + v.
-  /// @param inverse   covariance of the intrinsics for true sigmas, without offsets; 0 where held
+  /// @param inverse   covariance of the intrinsics for true sigmas, without the lines' errors; 0 where held
   /// @param scale     true over given variance of the points
-  /// @param offset_px one sigma of the lines' offsets; above 0, `responses` hold their shifts
+  /// @param errors    of the lines; where there are any, `responses` hold their shifts
   /// @return false, *out unchanged, where the pose is not determined
-  bool pose_covariance(std::size_t view, const Eigen::Matrix<double, 9, 9>& inverse, double scale, double offset_px,
-                       Span<LineResponse> responses, Mat6* out) const;
+  bool pose_covariance(std::size_t view, const Eigen::Matrix<double, 9, 9>& inverse, double scale,
+                       const LineErrorSizes& errors, Span<LineResponse> responses, Mat6* out) const;
   /// Adds what the points say of the offsets of their edges, poses eliminated, to matrix (lower triangle), gradient
   /// (downhill) and by_camera, at the current state.
   void add_offset_equations(const EdgeOffsets& offsets, const EdgeOffsetWorkspace& out) const;
@@ -147,7 +164,7 @@ class Refiner {
   [[nodiscard]] const Vec9& intrinsic_gradient() const { return intrinsic_gradient_; }
   /// Adds what one view says of its edges' offsets to matrix, gradient and by_camera, and sets by_pose to it.
   void add_view_rows(std::size_t view, const EdgeOffsets& offsets, const EdgeOffsetWorkspace& out) const;
-  /// The same of an offset of each model line, see line_responses(): adds to `gradient`, held ones included, and sets
+  /// The same of the errors of each model line, see line_responses(): adds to `gradient`, held ones included, and sets
   /// `pose`.
   void add_line_rows(std::size_t view, Span<LineResponse> responses) const;
   /// To be followed by renew_equations(), as is a change of views()'s poses.
@@ -186,6 +203,7 @@ class Refiner {
   [[nodiscard]] double aspect_precision() const;
   template <class Visit>
   void visit_points(std::size_t view, double knee, const Visit& visit, std::uint32_t only_line = kNoView) const;
+  void factors_of_errors(std::size_t view, std::size_t point, double (&factors)[kLineErrors]) const;
   bool pose_solution(std::size_t view, Mat69* eliminated, Mat6* own, Mat6* partner) const;
   [[nodiscard]] double turn_precision(std::size_t turn) const;
   bool answer_to_turn(std::size_t turn, Mat3* residual, Eigen::Matrix<double, 9, 3>* gradient) const;

@@ -63,6 +63,24 @@ bool Refiner::pose_solution(std::size_t view, Mat69* eliminated, Mat6* own, Mat6
   return true;
 }
 
+/// How much the errors of its line move a point of a view.
+void Refiner::factors_of_errors(std::size_t view, std::size_t point, double (&factors)[kLineErrors]) const {
+  const LinePoint& at = data_.points[point];
+  const ModelLine& line = data_.model[at.line];
+  const Pose& pose = views_[view].pose;
+  const Vec3 begin = rotation_of(pose) * Vec3(line.p[0], line.p[1], line.p[2]) + translation_of(pose);
+  const CameraLine seen = line_in_camera(rotation_of(pose), translation_of(pose), line);
+  const Vec2 pixel(at.u_px, at.v_px);
+  Vec2 ideal = roughly_undistorted(camera_, pixel);
+  static_cast<void>(unproject(camera_, pixel, &ideal));  // false beyond the fold, where roughly is near enough
+  const Vec3 ray(ideal(0), ideal(1), 1.0);
+  const Vec3 across = seen.direction.cross(ray);  // begin + f direction lies on the ray
+  const double along = -begin.cross(ray).dot(across) / across.squaredNorm() - 0.5;
+  factors[0] = 1;
+  factors[1] = std::clamp(along, -0.5, 0.5);
+  factors[2] = bend_at(factors[1]);
+}
+
 void Refiner::line_responses(Span<LineResponse> responses) const {
   for (LineResponse& response : responses) response = {};
   const double knee = radius_of_slope(camera_, kKneeSlope);
@@ -73,8 +91,12 @@ void Refiner::line_responses(Span<LineResponse> responses) const {
     if (!views_[v].used || !pose_solution(v, &eliminated, &own, &partner)) continue;
     visit_points(v, knee, [&](std::size_t i, const LineResidual& residual, double weight) {
       if (is_left_out(data_, i)) return;
-      Eigen::Map<Vec9> gradient(responses[data_.points[i].line].gradient);
-      gradient += weight * (residual.d_intrinsics() - residual.d_pose() * eliminated).transpose();
+      const Vec9 row = weight * (residual.d_intrinsics() - residual.d_pose() * eliminated).transpose();
+      double factors[kLineErrors];
+      factors_of_errors(v, i, factors);
+      for (std::size_t k = 0; k < kLineErrors; ++k) {
+        Eigen::Map<Vec9>(responses[kLineErrors * data_.points[i].line + k].gradient) += factors[k] * row;
+      }
     });
   }
 }
@@ -84,35 +106,43 @@ void Refiner::add_line_rows(std::size_t view, Span<LineResponse> responses) cons
   visit_points(view, radius_of_slope(camera_, kKneeSlope),
                [&](std::size_t i, const LineResidual& residual, double weight) {
                  if (is_left_out(data_, i)) return;
-                 LineResponse& response = responses[data_.points[i].line];
-                 Eigen::Map<Vec9>(response.gradient) += weight * residual.d_intrinsics().transpose();
-                 Eigen::Map<Vec6>(response.pose) += weight * residual.d_pose().transpose();
+                 double factors[kLineErrors];
+                 factors_of_errors(view, i, factors);
+                 for (std::size_t k = 0; k < kLineErrors; ++k) {
+                   LineResponse& response = responses[kLineErrors * data_.points[i].line + k];
+                   Eigen::Map<Vec9>(response.gradient) += factors[k] * weight * residual.d_intrinsics().transpose();
+                   Eigen::Map<Vec6>(response.pose) += factors[k] * weight * residual.d_pose().transpose();
+                 }
                });
 }
 
 bool Refiner::pose_covariance(std::size_t view, const Eigen::Matrix<double, 9, 9>& inverse, double scale,
-                              double offset_px, Span<LineResponse> responses, Mat6* out) const {
+                              const LineErrorSizes& errors, Span<LineResponse> responses, Mat6* out) const {
   Mat69 eliminated;
   Mat6 own;
   Mat6 partner;
   if (!pose_solution(view, &eliminated, &own, &partner)) return false;
   const Mat69 spread = eliminated.lazyProduct(inverse);
   *out = scale * (own + Mat6(spread.lazyProduct(eliminated.transpose())));
-  if (!(offset_px > 0.0)) return true;
+  if (!errors.any()) return true;
   for (LineResponse& response : responses) Eigen::Map<Vec6>(response.pose).setZero();
   const double knee = radius_of_slope(camera_, kKneeSlope);
   const auto add_view = [&](std::size_t of, const Mat6& block) {
     visit_points(of, knee, [&](std::size_t i, const LineResidual& residual, double weight) {
       if (is_left_out(data_, i)) return;
-      Eigen::Map<Vec6> pose(responses[data_.points[i].line].pose);
-      pose += weight * block.lazyProduct(residual.d_pose().transpose());
+      const Vec6 answer = weight * block.lazyProduct(residual.d_pose().transpose());
+      double factors[kLineErrors];
+      factors_of_errors(of, i, factors);
+      for (std::size_t k = 0; k < kLineErrors; ++k) {
+        Eigen::Map<Vec6>(responses[kLineErrors * data_.points[i].line + k].pose) += factors[k] * answer;
+      }
     });
   };
   add_view(view, own);
   if (views_[view].partner != kNoView) add_view(views_[view].partner, partner);
-  for (const LineResponse& response : responses) {
-    const Vec6 shift = offset_px * (Eigen::Map<const Vec6>(response.pose) -
-                                    Vec6(eliminated.lazyProduct(Eigen::Map<const Vec9>(response.shift))));
+  for (std::size_t i = 0; i < responses.size(); ++i) {
+    const Vec6 shift = errors.of(i) * (Eigen::Map<const Vec6>(responses[i].pose) -
+                                       Vec6(eliminated.lazyProduct(Eigen::Map<const Vec9>(responses[i].shift))));
     *out += shift * shift.transpose();
   }
   return true;

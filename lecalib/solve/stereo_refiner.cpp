@@ -255,10 +255,11 @@ bool StereoRefiner::compute_covariance() {
       covariance[kTail * row + column] = solution_.scale * step[first + row];
     }
   }
-  const double variance = options_.line_offset_px * options_.line_offset_px;
   for (std::size_t offset = 0; !is_estimated() && offset < first; ++offset) {
     for (std::size_t i = 0; i < kTail; ++i) step[first + i] = workspace_.matrix[triangle_index(first + i, offset)];
     solve_for_step();
+    const double size = options_.line_errors.of(offset);
+    const double variance = size * size;
     for (std::size_t row = 0; row < kTail; ++row) {
       for (std::size_t column = 0; column < kTail; ++column) {
         covariance[kTail * row + column] += variance * step[first + row] * step[first + column];

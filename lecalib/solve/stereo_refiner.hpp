@@ -24,9 +24,9 @@ namespace lecalib {
 /// One of the two cameras, converged by itself. Everything it points to is changed.
 struct StereoCamera {
   Refiner* refiner = nullptr;
-  EdgeOffsets* offsets = nullptr;  ///< of its points' edges; null: lines have offsets that are not estimated
+  EdgeOffsets* offsets = nullptr;  ///< of its points' edges; null: lines have errors that are not estimated
   Span<LinePoint> corrected;       ///< the refiner's points: where they are without the offsets
-  Span<LineResponse> responses;    ///< one per model line; used where there are no EdgeOffsets
+  Span<LineResponse> responses;    ///< kLineErrors per model line; used where there are no EdgeOffsets
 };
 
 /// Two views of one instant.
@@ -42,7 +42,7 @@ struct StereoRefineOptions {
   double decrease_tolerance = 1e-6;  ///< as RefineOptions::decrease_tolerance
   /// Of views that count as independent, as CovarianceOptions::independent_views. 0: all of them are
   double independent_views = 36;
-  double line_offset_px = 0;        ///< as CovarianceOptions::line_offset_px, where lines have no EdgeOffsets
+  LineErrorSizes line_errors;       ///< as CovarianceOptions::line_errors, where lines have no EdgeOffsets
   double max_tie_chi2_per_dof = 0;  ///< of StereoSolution::tie_chi2_per_dof; 0: no bound
 };
 
@@ -80,7 +80,7 @@ struct StereoRefinerWorkspace {
 };
 
 constexpr std::size_t offsets_of_camera(const StereoRefinerCapacities& c) {
-  return c.edges ? kSharedOffsets + kOffsetsPerLine * c.model_lines : c.model_lines;
+  return c.edges ? kSharedOffsets + kOffsetsPerLine * c.model_lines : kLineErrors * c.model_lines;
 }
 
 template <class Carver>

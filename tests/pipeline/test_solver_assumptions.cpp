@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-/// What the solver assumes beyond its points: offsets of whole lines, and square pixels.
+/// What the solver assumes beyond its points: errors of whole lines, and square pixels.
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "lecalib/math/line_projection.hpp"
 #include "lecalib/pipeline/mono_solver.hpp"
@@ -45,8 +46,14 @@ CalibrationResult solve(const SyntheticViews& s, const MonoSolverOptions& option
 
 Mat9 covariance_of(const CalibrationResult& result) { return Eigen::Map<const Mat9>(result.covariance); }
 
-/// Moves the points of one model line by `offset_px` across it, to the same side in every view.
-void shift_line(SyntheticViews* s, std::size_t line, double offset_px) {
+/// What an error of 1 px is along a line.
+enum class Error { offset, tilt, bend };
+double at(Error error, double along) {
+  return error == Error::offset ? 1 : error == Error::tilt ? along : 6 * along * along - 0.5;
+}
+
+/// Moves the points of one model line across it, to the same side in every view.
+void shift_line(SyntheticViews* s, std::size_t line, Error error, double size_px) {
   for (std::size_t v = 0; v < s->views.size(); ++v) {
     const View& view = s->views[v];
     const CameraLine seen = line_in_camera(rotation_of(s->poses[v]), translation_of(s->poses[v]), s->model[line]);
@@ -55,38 +62,42 @@ void shift_line(SyntheticViews* s, std::size_t line, double offset_px) {
       LineFoot foot;
       if (point.line != line) continue;
       REQUIRE(find_foot(s->camera, valid_radius(s->camera), seen, Vec2(point.u_px, point.v_px), &foot));
-      point.u_px += offset_px * foot.normal(0);
-      point.v_px += offset_px * foot.normal(1);
+      const double along = test::place_along(s->camera, s->poses[v], s->model[line], Vec2(point.u_px, point.v_px));
+      point.u_px += size_px * at(error, along) * foot.normal(0);
+      point.v_px += size_px * at(error, along) * foot.normal(1);
     }
   }
 }
 
 }  // namespace
 
-TEST_CASE("the covariance of line offsets is what shifting each line does to the solution") {
+TEST_CASE("the covariance of the lines' errors is what moving each line does to the solution") {
   MonoSolverOptions options;
   options.loss_width = 1e6;
   options.policy.focal_sd = options.policy.spatial_centre_sd = 0.0;  // priors would pull exact data off the truth
   options.policy.radial_sd = options.policy.higher_radial_sd = 0.0;
   const SyntheticViews exact = box_views(410.0, 0.0);
   const CalibrationResult without = solve(exact, options);
-  options.covariance.line_offset_px = 0.4;
+  options.covariance.line_errors = {0.4, 0.3, 0.2};
   const CalibrationResult with = solve(exact, options);
 
   constexpr double kShift = 1e-3;
   Mat9 expected = Mat9::Zero();
+  const std::pair<Error, double> sizes[] = {{Error::offset, 0.4}, {Error::tilt, 0.3}, {Error::bend, 0.2}};
   for (std::size_t line = 0; line < exact.model.size(); ++line) {
-    Eigen::Matrix<double, 9, 1> change;
-    for (const double side : {1.0, -1.0}) {
-      SyntheticViews shifted = exact;
-      shift_line(&shifted, line, side * kShift);
-      const CalibrationResult moved = solve(shifted, options);
-      for (Eigen::Index i = 0; i < 9; ++i) {
-        const double value = moved.camera.*kIntrinsics[static_cast<std::size_t>(i)];
-        change(i) = side > 0 ? value : (change(i) - value) / (2 * kShift);
+    for (const auto& [error, size_px] : sizes) {
+      Eigen::Matrix<double, 9, 1> change;
+      for (const double side : {1.0, -1.0}) {
+        SyntheticViews shifted = exact;
+        shift_line(&shifted, line, error, side * kShift);
+        const CalibrationResult moved = solve(shifted, options);
+        for (Eigen::Index i = 0; i < 9; ++i) {
+          const double value = moved.camera.*kIntrinsics[static_cast<std::size_t>(i)];
+          change(i) = side > 0 ? value : (change(i) - value) / (2 * kShift);
+        }
       }
+      expected += size_px * size_px * change * change.transpose();
     }
-    expected += 0.16 * change * change.transpose();
   }
   const Mat9 added = covariance_of(with) - covariance_of(without);
   CHECK(added.norm() > 1.0);

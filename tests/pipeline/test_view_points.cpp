@@ -70,7 +70,7 @@ TEST_CASE("however many points stand for a line, it weighs as much as its two en
   for (std::uint32_t n = 3; n <= kMaxPointsPerLine; ++n) {
     Fixture f;
     f.points.resize(6 * n);
-    REQUIRE(f.make({n}) == Status::ok);
+    REQUIRE(f.make({n, 0}) == Status::ok);
     double begin = 0;
     double end = 0;
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -82,10 +82,19 @@ TEST_CASE("however many points stand for a line, it weighs as much as its two en
   }
 }
 
+TEST_CASE("no line is known better than its events' common delay lets it be") {
+  Fixture f;
+  ViewPointOptions options;
+  options.least_sigma_px = 0.5F;
+  REQUIRE(f.make(options) == Status::ok);
+  CHECK(f.points[0].sigma_px == doctest::Approx(0.5 * std::sqrt(1.5)).epsilon(1e-6));  // 0.3 by itself
+  CHECK(f.points[6].sigma_px == doctest::Approx(0.6 * std::sqrt(1.5)).epsilon(1e-6));
+}
+
 TEST_CASE("wrong arguments leave the outputs alone") {
   Fixture f;
-  SUBCASE("too few points") { CHECK(f.make({2}) == Status::invalid_argument); }
-  SUBCASE("too many points") { CHECK(f.make({kMaxPointsPerLine + 1}) == Status::invalid_argument); }
+  SUBCASE("too few points") { CHECK(f.make({2, 0}) == Status::invalid_argument); }
+  SUBCASE("too many points") { CHECK(f.make({kMaxPointsPerLine + 1, 0}) == Status::invalid_argument); }
   SUBCASE("a window that is not there") {
     f.matches[2].window = 3;
     CHECK(f.make() == Status::invalid_argument);

@@ -42,7 +42,7 @@ Solved solve(double noise_px, double sigma_px, const CovarianceOptions& options,
   Status status = Status::in_progress;
   while (status == Status::in_progress) status = refiner.step();
   CHECK(status == Status::ok);
-  std::vector<LineResponse> responses(s.model.size());
+  std::vector<LineResponse> responses(kLineErrors * s.model.size());
   Solved solved;
   solved.camera = refiner.camera();
   solved.status = compute_covariance(refiner, policy, options, views.size(), responses, &solved.result);
@@ -113,9 +113,9 @@ TEST_CASE("covariance and sigma agree, held parameters have none and are assumed
 TEST_CASE("offsets that all views share widen sigma beyond the points' own") {
   CovarianceOptions options;
   const double alone = solve(0.4, 0.4, options, 8).result.sigma[0];
-  options.line_offset_px = 0.1;
+  options.line_errors.offset_px = 0.1;
   const double little = solve(0.4, 0.4, options, 8).result.sigma[0];
-  options.line_offset_px = 0.2;
+  options.line_errors.offset_px = 0.2;
   const double more = solve(0.4, 0.4, options, 8).result.sigma[0];
   CHECK(little > alone);
   // Variances add, and the offsets' part grows with its square.

@@ -125,7 +125,7 @@ TEST_CASE("edge offsets: put in by hand they come out, and leave the camera alon
   const double change = s.settle_offsets(8);
   CHECK(change <= 1e-4);
   CalibrationResult result;
-  std::vector<LineResponse> responses(s.views.model.size());
+  std::vector<LineResponse> responses(kLineErrors * s.views.model.size());
   REQUIRE(compute_covariance(s.refiner, {}, {}, s.poses.size(), responses, &result, nullptr, &s.offsets) == Status::ok);
   for (std::size_t i = 0; i < 8; ++i) {
     CHECK(std::abs(s.refiner.camera().*kIntrinsics[i] - s.views.camera.*kIntrinsics[i]) < 3 * result.sigma[i]);
@@ -192,7 +192,7 @@ TEST_CASE("edge offsets: more views than count as independent do not narrow sigm
     CovarianceOptions options;
     options.independent_views = independent_views;
     CalibrationResult result;
-    std::vector<LineResponse> responses(s.views.model.size());
+    std::vector<LineResponse> responses(kLineErrors * s.views.model.size());
     REQUIRE(compute_covariance(s.refiner, {}, options, s.poses.size(), responses, &result, nullptr, &s.offsets) ==
             Status::ok);
     return result.sigma[0];

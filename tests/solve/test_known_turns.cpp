@@ -84,8 +84,8 @@ TEST_CASE("known turns: covariances are those of the full normal equations, also
   data.relative = turns;
   REQUIRE(validate(data) == Status::ok);
   const ParameterPolicy policy = test::mixed_policy();
-  for (const double offset_px : {0.0, 0.4}) {
-    test::RefinedProblem p(s, data, policy, offset_px);
+  for (const LineErrorSizes& errors : {LineErrorSizes{}, LineErrorSizes{0.4, 0.3, 0.2}}) {
+    test::RefinedProblem p(s, data, policy, errors);
     const test::DenseState at = p.state();
     // At the minimum the gradient of all squares vanishes.
     const Eigen::VectorXd zero = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(9 + 6 * p.views.size()));
@@ -95,7 +95,7 @@ TEST_CASE("known turns: covariances are those of the full normal equations, also
     };
     CHECK(cost(zero) == doctest::Approx(p.refiner.cost()).epsilon(1e-6));
 
-    const Eigen::MatrixXd expected = test::dense_covariance(data, at, policy, offset_px);
+    const Eigen::MatrixXd expected = test::dense_covariance(data, at, policy, errors);
     for (Eigen::Index i = 0; i < 9; ++i) {
       if (policy.free[i]) CHECK(p.result.sigma[i] == doctest::Approx(std::sqrt(expected(i, i))).epsilon(2e-4));
     }

@@ -23,9 +23,9 @@ SyntheticViews views_in_space(int count, double noise_px, double sigma_px, std::
 TEST_CASE("pose covariance: it is that of the full normal equations, with priors, held parameters and line offsets") {
   const SyntheticViews s = views_in_space(3, 0.3, 0.5, 71);
   const ParameterPolicy policy = test::mixed_policy();
-  for (const double offset_px : {0.0, 0.4}) {
-    test::RefinedProblem p(s, s.data(), policy, offset_px);
-    const Eigen::MatrixXd expected = test::dense_covariance(s.data(), p.state(), policy, offset_px);
+  for (const LineErrorSizes& errors : {LineErrorSizes{}, LineErrorSizes{0.4, 0.3, 0.2}}) {
+    test::RefinedProblem p(s, s.data(), policy, errors);
+    const Eigen::MatrixXd expected = test::dense_covariance(s.data(), p.state(), policy, errors);
     for (Eigen::Index i = 0; i < 9; ++i) {
       if (policy.free[i]) CHECK(p.result.sigma[i] == doctest::Approx(std::sqrt(expected(i, i))).epsilon(1e-4));
     }

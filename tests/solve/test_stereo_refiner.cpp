@@ -102,12 +102,12 @@ TEST_CASE("stereo refiner: minimum and covariance are those of one dense system"
   }
 }
 
-TEST_CASE("stereo refiner: offsets of lines that are not estimated widen the covariance") {
+TEST_CASE("stereo refiner: errors of lines that are not estimated widen the covariance") {
   RigOptions options;
   options.edges = false;
   Rig rig(options);
   StereoRefineOptions refine = to_the_end();
-  refine.line_offset_px = 0.3;
+  refine.line_errors = {0.3, 0.3, 0.2};
   REQUIRE(rig.run(rig.T_right_left, refine) == Status::ok);
   const DenseRig dense(rig);
   Matrix covariance = rig.refiner.solution().scale * dense.information.inverse();
@@ -115,12 +115,19 @@ TEST_CASE("stereo refiner: offsets of lines that are not estimated widen the cov
   for (std::size_t s = 0; s < 2; ++s) {
     const std::vector<LinePoint>& points = rig.side[s]->corrected;
     for (std::size_t line = 0; line < rig.side[s]->views.model.size(); ++line) {
-      Vector pull = Vector::Zero(dense.residuals.size());
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        if (points[i].line == line) pull(row + static_cast<Eigen::Index>(i)) = 1 / points[i].sigma_px;
+      Matrix moved = Matrix::Zero(dense.residuals.size(), 3);
+      for (std::size_t v = 0; v < rig.side[s]->views.views.size(); ++v) {
+        const View& view = rig.side[s]->views.views[v];
+        for (std::size_t i = view.first; i < view.first + view.count; ++i) {
+          if (points[i].line != line) continue;
+          const double along = test::place_along(rig.side[s]->refiner.camera(), rig.side[s]->refiner.views()[v].pose,
+                                                 rig.side[s]->views.model[line], Vec2(points[i].u_px, points[i].v_px));
+          moved.row(row + static_cast<Eigen::Index>(i)) =
+              Vec3(0.3, 0.3 * along, 0.2 * (6 * along * along - 0.5)) / points[i].sigma_px;
+        }
       }
-      const Vector shift = 0.3 * (dense.information.inverse() * (dense.jacobian.transpose() * pull));
-      covariance += shift * shift.transpose();
+      const Matrix shifts = dense.information.inverse() * (dense.jacobian.transpose() * moved);
+      covariance += shifts * shifts.transpose();
     }
     row += static_cast<Eigen::Index>(points.size());
   }
@@ -200,7 +207,7 @@ TEST_CASE("stereo refiner: a workspace that lacks one element of anything is ref
     options.edges = edges;
     Rig rig(options);
     const StereoRefinerWorkspace whole = rig.workspace;
-    const std::size_t offsets = edges ? rig.side[0]->offsets.size() + rig.side[1]->offsets.size() : 2 * 8;
+    const std::size_t offsets = edges ? rig.side[0]->offsets.size() + rig.side[1]->offsets.size() : 2 * 8 * kLineErrors;
     const std::size_t n = offsets + kShared;
     const auto begin = [&rig](const StereoRefinerWorkspace& workspace) {
       return rig.refiner.init(rig.camera(0), rig.camera(1), rig.pairs, rig.T_right_left, {}, workspace);

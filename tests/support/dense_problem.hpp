@@ -53,8 +53,8 @@ struct RefinedProblem {
   IntrinsicSpread spread;
 
   RefinedProblem(const SyntheticViews& truth, const CalibrationData& data, const ParameterPolicy& policy,
-                 double offset_px)
-      : scratch(data.points.size()), responses(data.model.size()) {
+                 const LineErrorSizes& errors)
+      : scratch(data.points.size()), responses(kLineErrors * data.model.size()) {
     for (const Pose& pose : truth.poses) {
       views.push_back({});
       views.back().pose = pose;
@@ -64,7 +64,7 @@ struct RefinedProblem {
     Status status = Status::in_progress;
     while (status == Status::in_progress) status = refiner.step();
     REQUIRE(status == Status::ok);
-    options.line_offset_px = offset_px;
+    options.line_errors = errors;
     REQUIRE(compute_covariance(refiner, policy, options, views.size(), responses, &result, &spread) == Status::ok);
     REQUIRE(result.chi2_per_dof < 1.0);  // so that nothing is widened
   }
@@ -114,9 +114,9 @@ inline Eigen::VectorXd dense_residuals(const CalibrationData& data, const DenseS
 }
 
 /// The covariance of (intrinsics, w_0, t_0, w_1, t_1, ...), held intrinsics without any. Beside the residuals' own
-/// errors: offsets of the model's lines, and what the known turns have in common.
+/// errors: those of the model's lines, and what the known turns have in common.
 inline Eigen::MatrixXd dense_covariance(const CalibrationData& data, const DenseState& at,
-                                        const ParameterPolicy& policy, double offset_px) {
+                                        const ParameterPolicy& policy, const LineErrorSizes& errors) {
   const auto n = static_cast<Eigen::Index>(9 + 6 * data.views.size());
   const auto num_points = static_cast<Eigen::Index>(data.points.size());
   Eigen::MatrixXd J(num_points + static_cast<Eigen::Index>(3 * data.relative.size()), n);
@@ -138,12 +138,18 @@ inline Eigen::MatrixXd dense_covariance(const CalibrationData& data, const Dense
   const Eigen::MatrixXd inverse = N.inverse();
   Eigen::MatrixXd covariance = inverse;
   for (std::size_t line = 0; line < data.model.size(); ++line) {
-    Eigen::VectorXd offset = Eigen::VectorXd::Zero(J.rows());
-    for (std::size_t i = 0; i < data.points.size(); ++i) {
-      if (data.points[i].line == line) offset(static_cast<Eigen::Index>(i)) = offset_px / data.points[i].sigma_px;
+    Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(J.rows(), 3);
+    for (std::size_t v = 0; v < data.views.size(); ++v) {
+      for (std::size_t i = data.views[v].first; i < data.views[v].first + data.views[v].count; ++i) {
+        const LinePoint& point = data.points[i];
+        if (point.line != line) continue;
+        const double along = place_along(at.camera, at.poses[v], data.model[line], Vec2(point.u_px, point.v_px));
+        moved.row(static_cast<Eigen::Index>(i)) =
+            Vec3(errors.offset_px, errors.tilt_px * along, errors.bend_px * (6 * along * along - 0.5)) / point.sigma_px;
+      }
     }
-    const Eigen::VectorXd shift = inverse * (J.transpose() * offset);
-    covariance += shift * shift.transpose();
+    const Eigen::MatrixXd shifts = inverse * (J.transpose() * moved);
+    covariance += shifts * shifts.transpose();
   }
   for (int axis = 0; axis < 3; ++axis) {
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(n);

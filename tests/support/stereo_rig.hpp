@@ -75,7 +75,7 @@ struct Rig {
       offsets.mean_latency_ms = offsets.mean_off_by_speed_px = offsets.mean_on_by_speed_px = 0;
       side[s]->begin(offsets);
       if (o.edges) CHECK(side[s]->settle_offsets(20) <= 1e-3);
-      responses[s].resize(model.size());
+      responses[s].resize(kLineErrors * model.size());
     }
     StereoRefinerCapacities capacities;
     capacities.views = 16;
