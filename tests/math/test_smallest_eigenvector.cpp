@@ -3,8 +3,6 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <limits>
 
 #include "lecalib/core/rng.hpp"
@@ -12,15 +10,19 @@
 namespace lecalib {
 namespace {
 
-using Dynamic = Eigen::MatrixXd;
-
 /// A symmetric matrix with these eigenvalues; its first eigenvector goes to *first.
 Mat9 with_eigenvalues(Rng& rng, const Vec9& values, Vec9* first) {
-  Dynamic any(9, 9);
-  for (Eigen::Index i = 0; i < any.size(); ++i) any.data()[i] = rng.uniform(-1.0, 1.0);
-  const Dynamic Q = Eigen::HouseholderQR<Dynamic>(any).householderQ();
+  // Reflections by random vectors, one for each dimension.
+  Mat9 Q = Mat9::Identity();
+  for (int i = 0; i < 9; ++i) {
+    Vec9 v;
+    for (Eigen::Index k = 0; k < 9; ++k) v(k) = rng.uniform(-1.0, 1.0);
+    const Vec9 Qv = Q * v;
+    Q -= (2.0 / v.squaredNorm()) * Qv * v.transpose();
+  }
   *first = Q.col(0);
-  const Dynamic a = Q * values.asDiagonal() * Q.transpose();
+  const Mat9 scaled = Q * values.asDiagonal();
+  const Mat9 a = scaled * Q.transpose();
   return 0.5 * (a + a.transpose());
 }
 
