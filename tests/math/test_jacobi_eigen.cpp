@@ -3,10 +3,10 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Eigenvalues>
 #include <limits>
 
 #include "lecalib/core/rng.hpp"
+#include "support/dense_algebra.hpp"
 
 namespace lecalib {
 namespace {
@@ -20,22 +20,24 @@ Eigen::Matrix<Real, N, N> random_symmetric(Rng& rng) {
   return a;
 }
 
-/// |A V - V diag| and |V'V - I| and the distance to Eigen's eigenvalues are all below `slack` eps |A|.
+/// |A V - V diag| is below `slack` |A|, |V'V - I| below `slack`, and so is the distance to Eigen's eigenvalues.
+void check_decomposition(const Eigen::MatrixXd& A, const Eigen::VectorXd& values, const Eigen::MatrixXd& V,
+                         double slack) {
+  const double tolerance = slack * (A.norm() + std::numeric_limits<double>::min());
+  CHECK((values - test::dense_eigenvalues(A)).cwiseAbs().maxCoeff() <= tolerance);
+  CHECK((A * V - V * values.asDiagonal()).norm() <= tolerance);
+  CHECK((V.transpose() * V - Eigen::MatrixXd::Identity(A.rows(), A.rows())).norm() <= slack);
+  for (Eigen::Index i = 0; i + 1 < values.size(); ++i) CHECK(values(i) <= values(i + 1));
+}
+
+/// `slack` in units of Real's epsilon.
 template <class Real, int N>
 void check_against_eigen(const Eigen::Matrix<Real, N, N>& a, Real slack) {
   Eigen::Matrix<Real, N, 1> values;
   Eigen::Matrix<Real, N, N> vectors;
   jacobi_eigen(a, &values, &vectors);
-  const Real tolerance = slack * std::numeric_limits<Real>::epsilon() * (a.norm() + std::numeric_limits<Real>::min());
-  // Dynamic sizes: fixed ones would unroll Eigen's solver for minutes of compile time.
-  using Dynamic = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-  const Dynamic A = a;
-  const Dynamic V = vectors;
-  const Eigen::SelfAdjointEigenSolver<Dynamic> oracle(A);
-  CHECK((values - oracle.eigenvalues()).cwiseAbs().maxCoeff() <= tolerance);
-  CHECK((A * V - V * values.asDiagonal()).norm() <= tolerance);
-  CHECK((V.transpose() * V - Dynamic::Identity(N, N)).norm() <= slack * std::numeric_limits<Real>::epsilon());
-  for (int i = 0; i + 1 < N; ++i) CHECK(values(i) <= values(i + 1));
+  check_decomposition(a.template cast<double>(), values.template cast<double>(), vectors.template cast<double>(),
+                      static_cast<double>(slack * std::numeric_limits<Real>::epsilon()));
 }
 
 TEST_CASE_TEMPLATE("jacobi_eigen agrees with Eigen on random symmetric matrices", Real, float, double) {

@@ -3,11 +3,11 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <vector>
 
 #include "lecalib/solve/covariance.hpp"
 #include "support/alloc_counter.hpp"
+#include "support/dense_algebra.hpp"
 #include "support/edge_scene.hpp"
 
 namespace lecalib {
@@ -94,12 +94,12 @@ TEST_CASE("edge offsets: the step and the covariance are those of one dense syst
   s.begin(options, all_free());
   CHECK(s.offsets.size() == kSharedOffsets + 8 * 6);
   const Dense dense(s, s.offsets, prior_sigmas(s));
-  const Vector step = dense.information.ldlt().solve(-dense.jacobian.transpose() * dense.residuals);
-  const Matrix covariance = dense.information.inverse();
+  const Vector step = test::dense_solve(dense.information, -dense.jacobian.transpose() * dense.residuals);
+  const Matrix covariance = test::dense_inverse(dense.information);
 
   ReducedSystem system;
   REQUIRE(s.refiner.reduced_system(&system));
-  Eigen::Matrix<double, 9, 9> sum = system.matrix.inverse();
+  Eigen::Matrix<double, 9, 9> sum = test::dense_inverse(system.matrix);
   double largest = 0;
   {
     const test::AllocScope heap;

@@ -5,13 +5,13 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <vector>
 
 #include "lecalib/math/line_projection.hpp"
 #include "lecalib/solve/covariance.hpp"
 #include "lecalib/solve/parameter_policy.hpp"
 #include "lecalib/solve/refine.hpp"
+#include "support/dense_algebra.hpp"
 #include "support/synthetic_views.hpp"
 
 namespace lecalib::test {
@@ -135,7 +135,7 @@ inline Eigen::MatrixXd dense_covariance(const CalibrationData& data, const Dense
     N(k, k) = 1e30;
     J.col(k).setZero();
   }
-  const Eigen::MatrixXd inverse = N.inverse();
+  const Eigen::MatrixXd inverse = dense_inverse(N);
   Eigen::MatrixXd covariance = inverse;
   for (std::size_t line = 0; line < data.model.size(); ++line) {
     Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(J.rows(), 3);
