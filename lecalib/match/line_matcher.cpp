@@ -311,7 +311,7 @@ Status LineMatcher::rematch(const Camera& camera, Span<const WindowPrediction> p
   }
   best_.score = 0.0;
   best_.num_windows = 0;
-  stats_.rival_score = 0.0;
+  if (!options_.provisional) stats_.rival_score = 0.0;
   num_matches_ = num_poses_ = 0;
   next_ = 0;
   round_ = kSettleRounds - 2;

@@ -8,7 +8,9 @@
 ///   the guess that explains most of all windows wins, if it explains enough and no rival with another camera does too
 /// Hints bring guesses forward and decide between rivals.
 ///
-/// Rough by intent: the result starts a refinement, and rematch() takes its camera back for the final matches.
+/// Rough by intent: the result starts a refinement, and rematch() takes its camera back for the final matches. A wide
+/// lens needs more coefficients than one, and leaves the right guess little better than a wrong one; so the verdict may
+/// be left to rematch() too (LineMatcherOptions::provisional).
 #pragma once
 
 #include "lecalib/core/arena.hpp"
@@ -35,7 +37,10 @@ struct LineMatcherOptions {
   double max_fov_deg = 130.0;           ///< (min, 160]
   std::size_t seed_windows = 16;        ///< windows that are searched for guesses, spread evenly; >= 1
   std::size_t trials = 8;               ///< guesses that are followed through all windows; >= 1
-  MatchHints hints;                     ///< none by default; a focal length widens the range of views to itself
+  /// true: rematch() follows through the camera that is solved from the first result, and judges it. What one
+  /// coefficient of distortion leaves open then passes at first.
+  bool provisional = false;
+  MatchHints hints;  ///< none by default; a focal length widens the range of views to itself
 };
 
 /// Where the object is in one window.
@@ -61,7 +66,7 @@ struct LineMatcherStats {
   double possible = 0;       ///< what a complete explanation of its windows would score
   double rival_score = 0;    ///< best trial with other matches and another focal length
   double rival_focal_px = 0;
-  bool ambiguous = false;     ///< the rival explains nearly as much: no_match
+  bool ambiguous = false;     ///< the rival explains nearly as much as what is judged: no_match
   bool against_hint = false;  ///< the winner contradicts a hint
 };
 

@@ -17,14 +17,15 @@ constexpr double kRivalShare = 0.95;
 /// closely. Edges whose contrast changes along them are found in part, in every window: their number tells what their
 /// length does not. A model of another size lies along many lines, and closely along few.
 constexpr double kMinExplained = 0.75;
+constexpr double kMinExplainedAtFirst = 0.65;  ///< of a provisional result
 constexpr double kFreeLines = 3.5;
 constexpr double kMinExplainedBeyond = 0.25;
 constexpr double kMinFoundBeyond = 0.55;
 /// And it must measure more than there are unknowns.
 constexpr double kMinRedundancy = 8.0;
 
-bool explains_enough(const LineTrack& track) {
-  if (track.score >= kMinExplained * track.possible) return true;
+bool explains_enough(const LineTrack& track, double least_share) {
+  if (track.score >= least_share * track.possible) return true;
   const double free_score = kFreeLines * static_cast<double>(track.num_windows);
   const double beyond = track.possible - free_score;
   const double least = std::min(track.score, track.found) - free_score;
@@ -88,9 +89,11 @@ Status LineMatcher::step_finish() {
     if (best_.num_windows > 0 && window.matched) redundancy += 2.0 * window.num_lines - 6.0;
   }
   if (!known_camera_) stats_.against_hint = best_.num_windows > 0 && !agrees_with_hints(best_);
-  stats_.ambiguous = !known_camera_ && stats_.rival_score > kRivalShare * best_.score;
-  const bool enough =
-      best_.num_windows > 0 && explains_enough(best_) && (known_camera_ || redundancy >= kMinRedundancy);
+  const bool is_first_of_two = options_.provisional && !known_camera_;
+  stats_.ambiguous = known_camera_ == options_.provisional && stats_.rival_score > kRivalShare * best_.score;
+  const bool enough = best_.num_windows > 0 &&
+                      explains_enough(best_, is_first_of_two ? kMinExplainedAtFirst : kMinExplained) &&
+                      (known_camera_ || redundancy >= kMinRedundancy);
   if (!enough || stats_.ambiguous) {
     phase_ = Phase::failed;
     return Status::no_match;

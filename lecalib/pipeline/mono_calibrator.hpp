@@ -30,7 +30,7 @@
 namespace lecalib {
 
 /// Defaults suit any sensor and object; ranges stand with the fields of each stage. Sensor sizes inside of the stages'
-/// options are set from the capacities.
+/// options are set from the capacities, LineMatcherOptions::provisional from rounds.
 struct MonoOptions {
   WindowLengthOptions window;
   NoiseFilterOptions noise;

@@ -22,12 +22,13 @@ struct Bench {
   explicit Bench(const LineMatcherCapacities& c = {})
       : capacities(c), memory(bytes_of(c) / sizeof(std::max_align_t) + 1) {}
 
-  Status init(const Scene& scene, const SceneOptions& options, const MatchHints& hints = {}) {
+  Status init(const Scene& scene, const SceneOptions& options, const MatchHints& hints = {}, bool provisional = false) {
     arena = Arena({reinterpret_cast<std::byte*>(memory.data()), memory.size() * sizeof(std::max_align_t)});
     LineMatcherOptions matcher_options;
     matcher_options.width = options.camera.width;
     matcher_options.height = options.camera.height;
     matcher_options.hints = hints;
+    matcher_options.provisional = provisional;
     return matcher.init(&arena, capacities, matcher_options, Span<const ModelLine>(options.model),
                         Span<const LineWindow>(scene.windows));
   }

@@ -186,6 +186,27 @@ TEST_CASE("pure clutter and a wrong model are refused") {
   }
 }
 
+TEST_CASE("a provisional result is judged once its camera comes back") {
+  SceneOptions options;
+  options.camera = camera_640();
+  options.model = box_model(0.4, 0.3, 0.25);
+  const Scene scene = make_scene(options);
+  for (const bool right : {true, false}) {
+    CAPTURE(right);
+    if (!right) options.model = box_model(0.4, 0.22, 0.28);
+    Bench bench;
+    REQUIRE(bench.init(scene, options, {}, true) == Status::ok);
+    const Status at_first = bench.run();
+    if (right) REQUIRE(at_first == Status::ok);
+    if (at_first != Status::ok) continue;
+    const std::vector<WindowPoses> found(bench.matcher.poses().begin(), bench.matcher.poses().end());
+    std::vector<WindowPrediction> predictions;
+    for (const WindowPoses& poses : found) predictions.push_back({poses.window, poses.begin, poses.end});
+    REQUIRE(bench.matcher.rematch(bench.matcher.camera(), predictions) == Status::ok);
+    CHECK(bench.run() == (right ? Status::ok : Status::no_match));
+  }
+}
+
 TEST_CASE("matching again through the true camera takes the predicted poses up") {
   SceneOptions options;
   options.camera = camera_640();

@@ -212,3 +212,37 @@ TEST_CASE("a recording of a box calibrates its camera without a hint, without th
     }
   }
 }
+
+TEST_CASE("the form that a wide lens sees is found wherever the recording begins") {
+  const auto data = test::shared_data();
+  if (!data) {
+    MESSAGE("skipped: no shared data");
+    return;
+  }
+  // A sheet of A4 and the frame printed on it, through a lens that one coefficient leaves a pixel off.
+  const std::vector<ModelLine> form = {{{0.0208, 0.1477, 0}, {0.1892, 0.1477, 0}},
+                                       {{0.1892, 0.1477, 0}, {0.1892, 0.0258, 0}},
+                                       {{0.1892, 0.0258, 0}, {0.0208, 0.0258, 0}},
+                                       {{0.0208, 0.0258, 0}, {0.0208, 0.1477, 0}},
+                                       {{0, 0, 0}, {0.21, 0, 0}},
+                                       {{0.21, 0, 0}, {0.21, 0.297, 0}},
+                                       {{0.21, 0.297, 0}, {0, 0.297, 0}},
+                                       {{0, 0.297, 0}, {0, 0, 0}}};
+  const std::vector<Event> events = test::read_events(*data / "sim" / "09_form_vga_wide_shake" / "events.raw");
+  Capacities c = small_capacities();
+  c.events_per_window = 400000;
+  c.sensor_width = 640;
+  c.sensor_height = 480;
+  Memory memory(required_bytes(c));
+  for (int ms = 0; ms <= 21; ms += 3) {
+    CAPTURE(ms);
+    std::size_t first = 0;
+    while (events[first].t_us < events[0].t_us + 1000 * ms) ++first;
+    MonoCalibrator calibrator;
+    REQUIRE(calibrator.init(memory.span(), c, {}, form) == Status::ok);
+    REQUIRE(run(&calibrator, Span<const Event>(events).subspan(first, events.size() - first)) == Status::ok);
+    CalibrationResult result;
+    REQUIRE(calibrator.result(&result) == Status::ok);
+    CHECK(std::abs(result.camera.fx - 275.31) < 0.01 * 275.31);  // truth.json
+  }
+}
