@@ -60,7 +60,7 @@ struct MonoSolverWorkspace {
   Span<ViewResult> results;           ///< one per view
   Span<ViewLineResult> line_results;  ///< see max_line_results()
   Span<std::uint8_t> left_out;        ///< one per point
-  Span<ViewLine> chosen;              ///< kLineErrors per model line, scratch
+  Span<ViewLine> chosen;              ///< one per model line, scratch
   Span<LineResponse> responses;       ///< kLineErrors per model line
   Span<LinePoint> corrected;          ///< one per edge point: where it is without its offsets
   Span<std::uint8_t> wrong_edges;     ///< one per edge point

@@ -9,6 +9,7 @@
 #include "lecalib/math/line_projection.hpp"
 #include "lecalib/pipeline/mono_solver.hpp"
 #include "support/guarded_arena.hpp"
+#include "support/place_along.hpp"
 #include "support/synthetic_views.hpp"
 
 namespace lecalib {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "support/place_along.hpp"
 #include "support/stereo_rig.hpp"
 
 namespace lecalib {

@@ -12,6 +12,7 @@
 #include "lecalib/solve/parameter_policy.hpp"
 #include "lecalib/solve/refine.hpp"
 #include "support/dense_algebra.hpp"
+#include "support/place_along.hpp"
 #include "support/synthetic_views.hpp"
 
 namespace lecalib::test {

@@ -2,9 +2,6 @@
 /// Views of a line model by a known camera: the truth that the solver's tests compare with.
 #pragma once
 
-#include <doctest/doctest.h>
-
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -103,17 +100,6 @@ struct SyntheticViews {
     poses.push_back(pose);
   }
 };
-
-/// Where on a model line, from -1/2 to 1/2, a pixel lies in a view: nearest to its ray by least squares, or its end.
-inline double place_along(const Camera& camera, const Pose& pose, const ModelLine& line, const Vec2& pixel) {
-  Vec2 ideal;
-  REQUIRE(unproject(camera, pixel, &ideal));
-  const Vec3 p = rotation_of(pose) * Eigen::Map<const Vec3>(line.p) + translation_of(pose);
-  const Vec3 q = rotation_of(pose) * Eigen::Map<const Vec3>(line.q) + translation_of(pose);
-  Eigen::Matrix<double, 3, 2> directions;
-  directions << q - p, Vec3(-ideal(0), -ideal(1), -1.0);
-  return std::clamp(directions.colPivHouseholderQr().solve(Vec3(-p))(0) - 0.5, -0.5, 0.5);
-}
 
 /// A pose that looks at the origin from `distance`, tilted by up to `tilt` rad about each axis.
 inline Pose looking_pose(Rng& rng, double distance, double tilt) {
