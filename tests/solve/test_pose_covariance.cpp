@@ -20,7 +20,7 @@ SyntheticViews views_in_space(int count, double noise_px, double sigma_px, std::
   return test::spatial_views(70, count, noise_px, sigma_px, seed);
 }
 
-TEST_CASE("pose covariance: it is that of the full normal equations, with priors, held parameters and line offsets") {
+TEST_CASE("pose covariance: it is that of the full normal equations, with priors, held parameters and line errors") {
   const SyntheticViews s = views_in_space(3, 0.3, 0.5, 71);
   const ParameterPolicy policy = test::mixed_policy();
   for (const LineErrorSizes& errors : {LineErrorSizes{}, LineErrorSizes{0.4, 0.3, 0.2}}) {
