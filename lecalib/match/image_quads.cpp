@@ -122,8 +122,8 @@ class QuadFinder {
     workspace_.edges[num_edges_++] = edge;
   }
 
-  [[nodiscard]] double end_tolerance(const ImageEdge& edge) const {
-    return std::max(options_.end_units * options_.unit_px, options_.end_share * edge.length_px);
+  [[nodiscard]] double tolerance_px(double share, double length_px) const {
+    return std::max(options_.end_units * options_.unit_px, share * length_px);
   }
 
   [[nodiscard]] bool intersection(std::size_t i, std::size_t j, Vec2* out) const {
@@ -146,7 +146,8 @@ class QuadFinder {
       const double d0 = (point - end_of(edge, 0)).norm();
       const double d1 = (point - end_of(edge, 1)).norm();
       const double gap = std::min(d0, d1);
-      if (gap > end_tolerance(edge)) return;
+      const bool is_overhang = std::max(d0, d1) < edge.length_px;
+      if (gap > tolerance_px(is_overhang ? options_.overhang_share : options_.gap_share, edge.length_px)) return;
       corner.edge[side] = static_cast<std::uint16_t>(edges[side]);
       corner.end[side] = d0 <= d1 ? 0 : 1;
       corner.gap_px += gap;
@@ -213,7 +214,7 @@ class QuadFinder {
       const double s1 = d.dot(end_of(edge, 1) - from) / length;
       const double low = std::min(s0, s1);
       const double high = std::max(s0, s1);
-      const double reach = std::max(end_tolerance(edge), options_.end_share * length);
+      const double reach = tolerance_px(options_.overhang_share, edge.length_px);
       if (low < -reach || high > length + reach) return false;
       const double overlap = std::min(high, length) - std::max(low, 0.0);
       const double covered = overlap * std::min(1.0, edge.support_px / edge.length_px);

@@ -10,9 +10,12 @@
 namespace lecalib {
 
 struct ImageQuadOptions {
-  double unit_px = 1.0;       ///< scale of all tolerances in px, > 0; about a thousandth of the image's diagonal
-  double end_share = 0.12;    ///< a line may end this share of its length before or behind a corner ...
-  double end_units = 8.0;     ///< ... or this many units, whichever is more
+  double unit_px = 1.0;  ///< scale of all tolerances in px, > 0; about a thousandth of the image's diagonal
+  /// A line may end this share of its length before a corner, and go on this share of it behind one: that of a
+  /// checkerboard does so by a square. Both may also be so many units.
+  double gap_share = 0.12;
+  double overhang_share = 0.25;
+  double end_units = 8.0;
   double min_sine = 0.12;     ///< smallest sine of the angle at a corner
   double min_coverage = 0.4;  ///< share of a side that its line must cover
 };

@@ -82,6 +82,8 @@ void LineMatcher::judge_trial() {
 }
 
 Status LineMatcher::step_finish() {
+  // A rival was left at what it explained at first, with wider gates than a known camera has.
+  const double beside_rival = known_camera_ ? std::max(stats_.score, best_.score) : best_.score;
   stats_.score = best_.score;
   stats_.possible = best_.possible;
   double redundancy = -static_cast<double>(kNumLens);
@@ -90,7 +92,7 @@ Status LineMatcher::step_finish() {
   }
   if (!known_camera_) stats_.against_hint = best_.num_windows > 0 && !agrees_with_hints(best_);
   const bool is_first_of_two = options_.provisional && !known_camera_;
-  stats_.ambiguous = known_camera_ == options_.provisional && stats_.rival_score > kRivalShare * best_.score;
+  stats_.ambiguous = known_camera_ == options_.provisional && stats_.rival_score > kRivalShare * beside_rival;
   const bool enough = best_.num_windows > 0 &&
                       explains_enough(best_, is_first_of_two ? kMinExplainedAtFirst : kMinExplained) &&
                       (known_camera_ || redundancy >= kMinRedundancy);

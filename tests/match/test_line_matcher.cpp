@@ -129,6 +129,33 @@ TEST_CASE("a rectangle is matched up to its symmetry") {
   CHECK(matched >= 4);
 }
 
+TEST_CASE("a checkerboard is matched by its inner lines where its rim is not seen") {
+  SceneOptions options;
+  options.camera = camera_640();
+  for (int i = 1; i < 8; ++i) options.model.push_back({{0.03 * i, 0, 0}, {0.03 * i, 0.18, 0}});
+  for (int i = 1; i < 6; ++i) options.model.push_back({{0, 0.03 * i, 0}, {0.24, 0.03 * i, 0}});
+  options.eye = Vec3(-0.1, -0.2, 0.35);
+  options.target = Vec3(0.12, 0.09, 0.0);
+  options.missing = 0.05;
+  int matched = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    CAPTURE(seed);
+    options.seed = seed;
+    const Scene scene = make_scene(options);
+    SceneOptions with_rim = options;
+    for (const ModelLine& rim : rectangle_model(0.24, 0.18)) with_rim.model.push_back(rim);
+    Bench bench;
+    REQUIRE(bench.init(scene, with_rim) == Status::ok);
+    const Status status = bench.run();
+    if (status == Status::no_match) continue;
+    REQUIRE(status == Status::ok);
+    ++matched;
+    // A board that is turned, or shifted by a square, makes the same camera: labels are not compared.
+    CHECK(bench.matcher.camera().fx == doctest::Approx(options.camera.fx).epsilon(0.04));
+  }
+  CHECK(matched >= 5);
+}
+
 TEST_CASE("a wide lens with strong distortion is matched") {
   SceneOptions options;
   options.camera = camera_640();

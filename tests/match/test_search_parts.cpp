@@ -149,6 +149,25 @@ TEST_CASE("a quadrilateral is found with one open corner and a broken side, and 
   CHECK(dropped.edges_dropped > 0);
 }
 
+TEST_CASE("a quadrilateral's lines may go on behind its corners, less far end before them") {
+  // Of a square of 300 px: how far each line goes on at each end, and whether that is taken.
+  struct Case {
+    double beyond_px;
+    bool found;
+  };
+  for (const Case& c : {Case{0.0, true}, {100.0, true}, {350.0, false}, {-25.0, true}, {-60.0, false}}) {
+    CAPTURE(c.beyond_px);
+    const double low = 100.0 - c.beyond_px;
+    const double high = 400.0 + c.beyond_px;
+    const std::vector<EventLine> lines = {line_between(low, 100, high, 100), line_between(400, low, 400, high),
+                                          line_between(high, 400, low, 400), line_between(100, high, 100, low)};
+    QuadMemory memory({});
+    ImageQuadStats stats;
+    const std::vector<FlatLine> points = flat(lines);
+    CHECK(find_image_quads(Span<const FlatLine>(points), {}, &memory.workspace, &stats).size() == (c.found ? 1 : 0));
+  }
+}
+
 TEST_CASE("one labeling of a face gives its focal length and pose, a wrong range gives none") {
   const Camera camera = pinhole(600.0);
   const std::vector<ModelLine> model = rectangle_model(0.297, 0.21);
