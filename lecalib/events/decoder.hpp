@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 /// What all decoders share: the contract of decode() and finish(), sizes, counters, errors.
 ///
-///     Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count, SideRecords* side =
-///     nullptr); Status finish(Span<Event> out, std::size_t* count, SideRecords* side = nullptr);
+///     Status decode(Span<const std::uint8_t>* input, Span<Event> out, std::size_t* count,
+///                   SideRecords* side = nullptr);
+///     Status finish(Span<Event> out, std::size_t* count, SideRecords* side = nullptr);
 ///
 /// decode() takes bytes from the front of *input and writes events to out[0, *count). It returns when `out` is full or
 /// `*input` is used up; where the input is cut into pieces changes nothing. After the last byte finish() gives what is
@@ -50,8 +51,8 @@ struct DecoderStats {
   std::uint64_t unplaced = 0;
   std::uint64_t triggers = 0;     ///< edges of external signals and the like, with or without room for them
   std::uint64_t imu_samples = 0;  ///< measurements of the camera's inertial sensor, with or without room for them
-  std::uint64_t other_words =
-      0;  ///< skipped: what the format defines and is none of these; parts of IMU samples that are not whole
+  /// Skipped: what the format defines and is none of these; parts of IMU samples that are not whole.
+  std::uint64_t other_words = 0;
   std::uint64_t undefined_words = 0;  ///< skipped: types the format does not define
   std::uint64_t time_wraps = 0;       ///< roll-overs of the sensor's clock
   std::uint64_t time_resets = 0;      ///< the sensor's clock began anew; times go on from there

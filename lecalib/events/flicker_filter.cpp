@@ -24,8 +24,8 @@ constexpr unsigned kNextBurst = 2;  // a burst of one edge or one flash is over 
 
 // A lamp lights a region; an edge that vibrates in phase with the mains is a few pixels thin.
 constexpr unsigned kRing = 4;  // px, distance of the 8 pixels asked
-constexpr unsigned kInRegion =
-    4;  // so many of them and the pixel itself have fired: at a corner of the region; of a straight line it is 3
+// So many of them and the pixel itself have fired: at a corner of the region; of a straight line it is 3.
+constexpr unsigned kInRegion = 4;
 
 constexpr std::size_t kReach = 2;  // slots to either side that are taken together with a slot
 

@@ -10,8 +10,7 @@
 
 namespace lecalib {
 
-/// Times are compared in steps of 1/254 of the window's length; an option above 0 counts as
-/// one step at least.
+/// Times are compared in steps of 1/254 of the window's length; an option above 0 counts as one step at least.
 struct NoiseFilterOptions {
   std::uint16_t width = 0;   ///< of the sensor, px, > 0
   std::uint16_t height = 0;  ///< px, > 0

@@ -34,8 +34,9 @@ struct EventPerWord : WordByWord {
 ///     void flush(EventRoom*);                      // gives events of the last word that found no room
 ///     bool is_flushed() const;
 ///     std::size_t held() const;                    // words of an unfinished event
-///     // Takes words that often come together from the front of the next 8 bytes, at most one event; called like
-///     take(). std::size_t take_group(std::uint64_t, EventRoom*, DecoderStats*);  // their bytes, or 0
+///     // Takes words that often come together from the front of the next 8 bytes, at most one event, and gives their
+///     // bytes, or 0; called like take().
+///     std::size_t take_group(std::uint64_t, EventRoom*, DecoderStats*);
 /// The bodies stand in word_decoder_impl.hpp, which only the format's own source includes.
 template <class Format>
 class WordDecoder {

@@ -130,18 +130,15 @@ std::string explanation(const CalibrationResult& result) {
   switch (result.status) {
     case Status::ok: return "the camera is determined";
     case Status::too_few_lines:
-      return "too few lines: a view needs 4 lines of a flat model, 6 of another, and one view must have them; show all "
-             "of the "
-             "object and sweep its edges across the image";
+      return "too few lines: a view needs 4 lines of a flat model, 6 of another, and one view must have them; "
+             "show all of the object and sweep its edges across the image";
     case Status::degenerate_geometry:
       return "the lines seen leave " + name +
-             " open (all parallel, through one point, or a flat object always seen at the same slant); tilt and turn "
-             "the camera "
-             "between views";
+             " open (all parallel, through one point, or a flat object always seen at the same slant); "
+             "tilt and turn the camera between views";
     case Status::no_match:
-      return "the lines found could not be tied to the model; check the model's dimensions, fill the image with the "
-             "object, and "
-             "keep other straight edges out";
+      return "the lines found could not be tied to the model; check the model's dimensions, "
+             "fill the image with the object, and keep other straight edges out";
     case Status::not_converged: return "the refinement did not settle; check that the names of the lines fit the model";
     case Status::implausible_result:
       return "the camera that fits best cannot be true" +

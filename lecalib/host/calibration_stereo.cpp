@@ -32,15 +32,14 @@ std::string explanation(const StereoResult& result, StereoPhase failed_in) {
     case Status::no_match:
       if (result.instants + result.disagreeing == 0) {
         return "the two cameras never see the object at the same time; check that both recordings are of one clock, "
-               "and "
-               "show the object to both";
+               "and show the object to both";
       }
       return "the object's poses in the two cameras do not agree; check that both recordings are of one clock and that "
              "the cameras are fixed to each other";
     case Status::implausible_result:
-      return "the object's poses in the two cameras agree only roughly; check that both recordings are of one clock, "
-             "to a "
-             "millisecond, that the cameras are fixed to each other, and that no distortion that they have is held";
+      return "the object's poses in the two cameras agree only roughly; check that both recordings are of one "
+             "clock, to a millisecond, that the cameras are fixed to each other, and that no distortion that they "
+             "have is held";
     case Status::not_converged: return "the refinement of both cameras together did not settle";
     default: return std::string("the refinement of both cameras together stopped: ") + to_string(result.status);
   }

@@ -227,11 +227,10 @@ std::string experiments_markdown(const ExperimentResults& results) {
   for (const Protocol protocol : options.protocols) text += std::string("- ") + description(protocol) + "\n";
   text +=
       "\nThe *limit* is that of an efficient unbiased estimator (Cramer-Rao) with the same trials and the same noise, "
-      "to "
-      "first order; for the uniform noise of S it is that of least squares, without the noise's mean, which no method "
-      "can tell from a principal point half a pixel aside. *Good* trials have R below 5 degrees and T below 5 %. A "
-      "*failed* trial has no camera and counts as an error larger than any other. A *refused* one has a camera that "
-      "lecalib calls undetermined or implausible; its errors count as they are.\n\n";
+      "to first order; for the uniform noise of S it is that of least squares, without the noise's mean, which no "
+      "method can tell from a principal point half a pixel aside. *Good* trials have R below 5 degrees and T below "
+      "5 %. A *failed* trial has no camera and counts as an error larger than any other. A *refused* one has a camera "
+      "that lecalib calls undetermined or implausible; its errors count as they are.\n\n";
   if (!results.ablation.empty()) text += ablation_table(results) + sigma_table(results);
   if (!results.sweeps.empty()) {
     text +=

@@ -36,8 +36,8 @@ class InputFile {
 Result<std::string> read_text_file(const std::string& path);
 
 /// A file that is written piece by piece and stands under its name once all is there: until commit() the pieces go to a
-/// temporary file beside it, which vanishes with this object. Where is_written_directly() there is
-/// none, nor for a file that grows.
+/// temporary file beside it, which vanishes with this object. Where is_written_directly() there is none, nor for a
+/// file that grows.
 class OutputFile {
  public:
   static Result<OutputFile> create(const std::string& path);

@@ -34,9 +34,8 @@ Result<Model> read_model(const std::string& path);
 ///   rectangle:WxH        4 edges in the plane z = 0, one corner at the origin, W along x
 ///   box:WxHxD            12 edges, one corner at the origin, W along x, H along y, D along z
 ///   checkerboard:CxR:S   C by R inner corners of squares S wide, the first at the origin; C lines along y and R along
-///   x
-///                        through them up to the rim of the pattern, and the 4 lines of the rim (dashed in the image,
-///                        but without them the pattern would look the same when shifted by one square)
+///                        x through them up to the rim of the pattern, and the 4 lines of the rim (dashed in the
+///                        image, but without them the pattern would look the same when shifted by one square)
 ///   file:PATH            a model file
 Result<Model> make_target(std::string_view spec);
 

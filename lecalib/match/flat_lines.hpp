@@ -3,8 +3,9 @@
 /// from the principal point: a model line then lies on n . (x, y, f) = 0 with n the normal of its plane through the
 /// camera.
 ///
-/// While the camera is unknown, the lens is a division model (Fitzgibbon 2001) in pixels: flat = d / (1 + lambda
-/// |d|^2), d = pixel - centre. It needs no focal length, so one value of lambda serves every hypothesis about f.
+/// While the camera is unknown, the lens is a division model (Fitzgibbon 2001) in pixels:
+///     flat = d / (1 + lambda |d|^2),   d = pixel - centre
+/// It needs no focal length, so one value of lambda serves every hypothesis about f.
 #pragma once
 
 #include "lecalib/core/records.hpp"

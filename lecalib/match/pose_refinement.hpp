@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 /// Least squares for matched lines, in flat px: the distance of a detected point (x, y) from the image of its model
 /// line is N . m / |(Nx, Ny)| with m = (x, y, f) and N the moment of the line in the camera frame. With m~ the foot of
-/// m on the line its derivatives are (N x m~, D x m~) / |(Nx, Ny)| for the pose update x' = exp(w) x + v, and Nz /
-/// |(Nx, Ny)| for f. Rough on purpose: the refinement of the final camera measures in distorted pixels.
+/// m on the line its derivatives are (N x m~, D x m~) / |(Nx, Ny)| for the pose update x' = exp(w) x + v, and
+/// Nz / |(Nx, Ny)| for f. Rough on purpose: the refinement of the final camera measures in distorted pixels.
 #pragma once
 
 #include "lecalib/match/flat_lines.hpp"

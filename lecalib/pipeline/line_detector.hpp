@@ -94,8 +94,8 @@ struct DetectorStats {
   std::uint32_t planes_of_constant_time = 0;  ///< flashes
   std::uint32_t guesses = 0;                  ///< lines that planes gave, or seeds
   std::uint32_t guesses_dropped = 0;          ///< for want of room
-  std::uint32_t guesses_repeated =
-      0;  ///< of a line that has failed, or their events belong to a line already, or there are too few
+  /// Of a line that has failed, or their events belong to a line already, or there are too few.
+  std::uint32_t guesses_repeated = 0;
   std::uint32_t fits[kNumFitOutcomes] = {};  ///< by FitOutcome
   std::uint32_t lines_extended = 0;          ///< through lines that they cross
   std::uint32_t lines_merged = 0;

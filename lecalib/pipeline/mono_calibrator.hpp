@@ -169,8 +169,8 @@ class MonoCalibrator {
   /// Carves everything; nothing is carved later. A second init() starts anew.
   /// @param memory at least required_bytes(capacities), aligned to kArenaAlign; must outlive the calibrator
   /// @param model  must outlive the calibrator
-  /// @return ok | buffer_too_small | capacity_exceeded (model lines, points per line, no room for the detector chosen)
-  /// |
+  /// @return ok | buffer_too_small |
+  ///         capacity_exceeded (model lines, points per line, no room for the detector chosen) |
   ///         invalid_argument (options, capacities) | too_few_lines (fewer than 4 model lines)
   [[gnu::always_inline]] Status init(Span<std::byte> memory, const Capacities& capacities, const MonoOptions& options,
                                      Span<const ModelLine> model) {

@@ -28,8 +28,8 @@ struct MonoSolverOptions {
   PolicyOptions policy;
   RefineOptions refine;  ///< its loss is not used: the refinement starts with squares and ends with `loss` below
   Loss loss = Loss::huber;
-  double loss_width =
-      3.0;  ///< > 0; in robust sigmas of the residuals, and not below the given ones if these are trusted
+  /// > 0; in robust sigmas of the residuals, and not below the given ones if these are trusted.
+  double loss_width = 3.0;
   /// > 0; starts from which the refinement is tried until one ends well. Where none does and lines are few, the first
   /// one is tried once more with focal lengths and poses alone before the other intrinsics are freed.
   int max_attempts = 3;

@@ -30,8 +30,7 @@ struct GapMotion {
 class EdgeRow {
  public:
   /// @param memory  of (length in px / 16 + 3) * 8 words, at least 24; what of the line finds no room there counts in
-  /// the
-  ///                last pixel that does
+  ///                the last pixel that does
   EdgeRow(const MovingLine& line, Span<std::uint16_t> memory) noexcept;
 
   /// How far from the line the row's events are, px.

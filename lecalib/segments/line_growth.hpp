@@ -24,9 +24,9 @@ struct GrowthOptions {
 /// Fits the line to the events near to it that it may take and lets it grow at both ends, step by step, fitting anew
 /// after each. Events of other lines neither support it nor end it: crossings are bridged.
 /// @param shared  events there support the line, whose ever they are, but don't shape it
-/// @param line  in: a guess with low, high, polarities, events (an estimate, 0: not known); out: the grown line (low[0]
-/// = low[1], high[0] = high[1]) and an
-///              estimate of its events, without thickness and covariance; unchanged unless true
+/// @param line  in: a guess with low, high, polarities, events (an estimate, 0: not known); out: the grown line
+///              (low[0] = low[1], high[0] = high[1]) and an estimate of its events, without thickness and covariance;
+///              unchanged unless true
 /// @return false when the guess holds too few events
 bool grow_line(const EventCloud& cloud, const GrowthOptions& options, const LinePriors& priors,
                const LineWorkspace& workspace, const OwnerFilter& may_take, const SharedStretches& shared,

@@ -6,8 +6,8 @@
 ///     [ E_2       C_2       ] [ dp_2 ]   [ h_2 ]         g = -sum J_a' w r       h_v = -sum J_p' w r
 ///
 /// Each C_v is 6 x 6 and eliminated by itself: S = B - sum E_v' inv(C_v) E_v. Where a turn between two views is known,
-/// C_v is 12 x 12 and that of both. Damping follows Marquardt (lambda times
-/// the diagonal) with Nielsen's update of lambda.
+/// C_v is 12 x 12 and that of both. Damping follows Marquardt (lambda times the diagonal) with Nielsen's update of
+/// lambda.
 #include "lecalib/solve/refine.hpp"
 
 #include <algorithm>

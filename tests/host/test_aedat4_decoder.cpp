@@ -180,8 +180,8 @@ TEST_CASE("AEDAT 4: XML that is none, or nested without end, gives no streams") 
   for (int i = 0; i < 100'000; ++i) deep += "<node name=\"outInfo\">";
   CHECK(read_aedat4_streams(deep).empty());
   const auto streams = read_aedat4_streams(
-      "<node name=\"outInfo\"><node name=\"3\"/><node name=\"5\"><attr "
-      "key=\"typeIdentifier\">EVTS</attr></node></node>");
+      "<node name=\"outInfo\"><node name=\"3\"/><node name=\"5\">"
+      "<attr key=\"typeIdentifier\">EVTS</attr></node></node>");
   REQUIRE(streams.size() == 1);
   CHECK(streams.at(5).type == "EVTS");
   CHECK_FALSE(is_known(streams.at(5).size));
