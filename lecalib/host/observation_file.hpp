@@ -28,8 +28,8 @@ struct Observations {
 /// Reads `view,line,u_px,v_px[,sigma_px][,t_us]`, a header row of that form first; '#' starts a comment, blank lines
 /// are skipped. t_us is a whole number, the same in all rows of a view. A view's label is any text without a comma;
 /// rows of one view need not be together. Errors carry line and column: fields missing or too many, not a finite
-/// number, sigma_px <= 0, a line that the model does not have, two times of one view, a point more than a tenth of the
-/// sensor beside it, a line with a single point in a view.
+/// number, sigma_px <= 0, a line that the model does not have, two times of one view, a point more than a quarter of
+/// the sensor beside it, a line with a single point in a view.
 Result<Observations> parse_observations(std::string_view text, const std::string& file_name, const Model& model,
                                         const SensorSize& sensor);
 Result<Observations> read_observations(const std::string& path, const Model& model, const SensorSize& sensor);

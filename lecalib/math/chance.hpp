@@ -6,7 +6,8 @@
 namespace lecalib {
 
 /// Natural logarithm, the same bits on every target; absolute error below 3e-7 for x near 1, relative below 1e-6.
-/// @param x > 0, finite and not subnormal; anything else gives the logarithm of the smallest normal number
+/// @param x > 0, finite and not subnormal; of less, and of NaN, the logarithm of the smallest normal number is given,
+///          of infinity that of 2^128
 float natural_log(float x);
 
 /// Minus the logarithm of a bound on the probability that chance puts at least `events` where it puts `expected` on

@@ -14,7 +14,7 @@ struct KinkOptions {
 /// Collects a line's residuals in columns along it.
 class KinkFinder {
  public:
-  /// @param low, high  the line's extent, px along it
+  /// @param low_px, high_px  the line's extent, along it
   KinkFinder(float low_px, float high_px) noexcept;
 
   /// Whether the line is long enough to tell.

@@ -11,7 +11,8 @@ namespace lecalib {
 namespace {
 
 constexpr std::size_t kMinCells = 64;
-constexpr int kMargin = 2;  // empty cells around the points, so that their area ends inside of the image
+constexpr std::size_t kMaxCells = 65535;  // of 16-bit indices
+constexpr int kMargin = 2;                // empty cells around the points, so that their area ends inside of the image
 constexpr std::size_t kGradientBins = 256;
 constexpr float kCellGrowth = 1.25F;
 
@@ -254,8 +255,8 @@ Status find_plane_segments(Span<const PlanePoint> points, const SegmentOptions& 
                            SegmentStats* stats) {
   SegmentStats unused;
   if (stats == nullptr) stats = &unused;
-  if (points.empty() || !valid(options)) return Status::invalid_argument;
-  if (workspace.image.size() < kMinCells || workspace.image.size() > 65535) return Status::buffer_too_small;
+  if (points.empty() || !valid(options) || workspace.image.size() > kMaxCells) return Status::invalid_argument;
+  if (workspace.image.size() < kMinCells) return Status::buffer_too_small;
 
   DensityImage image(options, workspace);
   image.build(points);

@@ -64,7 +64,8 @@ constexpr bool carve(Carver& carver, const SegmentCapacities& capacities, Segmen
 /// @param points  at least one
 /// @param[out] out, count  the segments
 /// @param stats   added to; may be null
-/// @return ok | invalid_argument (no points, options out of range) | buffer_too_small (fewer than 64 cells)
+/// @return ok | invalid_argument (no points, options out of range, more than 65535 cells) |
+///         buffer_too_small (fewer than 64 cells)
 Status find_plane_segments(Span<const PlanePoint> points, const SegmentOptions& options,
                            const SegmentWorkspace& workspace, Span<PlaneSegment> out, std::size_t* count,
                            SegmentStats* stats);

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <initializer_list>
+#include <limits>
 
 #include "lecalib/math/chance.hpp"
 
@@ -17,6 +18,8 @@ TEST_CASE("chance: the logarithm agrees with the C library's, from the smallest 
   CHECK(natural_log(1) == 0);
   CHECK(natural_log(0) == natural_log(-3));
   CHECK(natural_log(0) < -87);
+  CHECK(natural_log(std::numeric_limits<float>::quiet_NaN()) == natural_log(0));
+  CHECK(natural_log(std::numeric_limits<float>::infinity()) == doctest::Approx(128 * std::log(2.0)));
 }
 
 TEST_CASE("chance: evidence bounds the tail of Poisson's distribution") {

@@ -181,4 +181,6 @@ TEST_CASE("segments: areas larger than the image get larger cells, and arguments
   CHECK(small.find(points, options) == Status::invalid_argument);
   Finder too_small(63);
   CHECK(too_small.find(points) == Status::buffer_too_small);
+  Finder too_large(65536);
+  CHECK(too_large.find(points) == Status::invalid_argument);
 }
