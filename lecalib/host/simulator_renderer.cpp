@@ -84,7 +84,7 @@ void Renderer::prepare_rays() {
       }
       const Vec2 du = (right - left) / (2 * kStep), dv = (below - above) / (2 * kStep);
       const Eigen::Matrix<float, 6, 1> f =
-          (Eigen::Matrix<double, 6, 1>() << center(0), center(1), du(0), dv(0), du(1), dv(1)).finished().cast<float>();
+          (Vec6() << center(0), center(1), du(0), dv(0), du(1), dv(1)).finished().cast<float>();
       rays_.push_back({f(0), f(1), f(2), f(3), f(4), f(5), true});
       const Vec2 margin = (reach_ + 1.0) * (du.cwiseAbs() + dv.cwiseAbs());
       ideal_min_ = ideal_min_.cwiseMin(center - margin);

@@ -22,6 +22,7 @@ using Vec9 = Eigen::Matrix<double, 9, 1>;
 using Mat3 = Eigen::Matrix3d;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Mat9 = Eigen::Matrix<double, 9, 9>;
+using Mat69 = Eigen::Matrix<double, 6, 9>;
 using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 }  // namespace lecalib

@@ -42,8 +42,8 @@ Status compute_covariance(const Refiner& refiner, const ParameterPolicy& policy,
                           IntrinsicSpread* spread = nullptr, EdgeOffsets* offsets = nullptr);
 
 /// Fills sigma, covariance and assumed from the intrinsics' covariance, 0 where held.
-void take_covariance(const Eigen::Matrix<double, 9, 9>& covariance, const ParameterPolicy& policy,
-                     const CovarianceOptions& options, CalibrationResult* result);
+void take_covariance(const Mat9& covariance, const ParameterPolicy& policy, const CovarianceOptions& options,
+                     CalibrationResult* result);
 
 /// The covariance of a view's pose, intrinsics and errors of the lines marginalised. 0 where there is none.
 /// @param spread, responses as compute_covariance() left them for the refiner's current state

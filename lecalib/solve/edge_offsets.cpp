@@ -209,7 +209,7 @@ double EdgeOffsets::inverse_entry(std::size_t i) {
   return sum;
 }
 
-bool EdgeOffsets::do_add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum) {
+bool EdgeOffsets::do_add_covariance(const Refiner& refiner, double scale, Mat9* sum) {
   ReducedSystem system;
   Cholesky<9> camera;
   if (!refiner.reduced_system(&system) || !camera.factor(system.matrix) || !reduce(refiner)) return false;

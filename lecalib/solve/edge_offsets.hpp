@@ -115,7 +115,7 @@ class EdgeOffsets {
   /// them. By a pointer that init() sets, so that a program which never has offsets does not hold the code.
   /// @param scale of cov(offsets)
   /// @return false, *sum unchanged, where the equations are singular
-  bool add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum) {
+  bool add_covariance(const Refiner& refiner, double scale, Mat9* sum) {
     return (this->*add_covariance_)(refiner, scale, sum);
   }
 
@@ -129,7 +129,7 @@ class EdgeOffsets {
   bool mark_wrong_lines(Span<std::uint8_t> marks);
 
  private:
-  bool do_add_covariance(const Refiner& refiner, double scale, Eigen::Matrix<double, 9, 9>* sum);
+  bool do_add_covariance(const Refiner& refiner, double scale, Mat9* sum);
   void restart();
   void add_line(std::size_t line);
   void add(std::size_t slot, double sigma);
@@ -144,8 +144,7 @@ class EdgeOffsets {
   EdgeOffsetOptions options_;
   EdgeOffsetWorkspace workspace_;
   std::size_t size_ = 0;
-  bool (EdgeOffsets::*add_covariance_)(const Refiner& refiner, double scale,
-                                       Eigen::Matrix<double, 9, 9>* sum) = nullptr;
+  bool (EdgeOffsets::*add_covariance_)(const Refiner& refiner, double scale, Mat9* sum) = nullptr;
 };
 
 }  // namespace lecalib

@@ -29,8 +29,8 @@ constexpr double kShift = 0.6;
 
 /// The normal equations of one view.
 struct ViewEquations {
-  Eigen::Matrix<double, 6, 6> pose = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 9> cross = Eigen::Matrix<double, 6, 9>::Zero();
+  Mat6 pose = Mat6::Zero();
+  Mat69 cross = Mat69::Zero();
   Mat9 camera = Mat9::Zero();
 
   void add(const LineResidual& residual) {
@@ -126,7 +126,7 @@ std::size_t add_view_information(const Camera& camera, Span<const ModelLine> mod
   }
   Cholesky<6> factor;
   if (lines < kMinForecastLines || !factor.factor(equations.pose, kMinForecastPivot)) return lines;
-  const Eigen::Matrix<double, 6, 9> solved = factor.solve(equations.cross);
+  const Mat69 solved = factor.solve(equations.cross);
   *information += (equations.camera - equations.cross.transpose().lazyProduct(solved)) / (sigma_px * sigma_px);
   return lines;
 }

@@ -175,10 +175,10 @@ double Refiner::aspect_precision() const {
   return prior_weight_ / (sd_px * sd_px);
 }
 
-Eigen::Matrix<double, 9, 9> Refiner::prior_information() const {
+Mat9 Refiner::prior_information() const {
   Vec9 own;
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) own(static_cast<Eigen::Index>(i)) = prior_precision(i);
-  Eigen::Matrix<double, 9, 9> information = own.asDiagonal();
+  Mat9 information = own.asDiagonal();
   const double aspect = aspect_precision();
   information(0, 0) += aspect;
   information(1, 1) += aspect;

@@ -18,8 +18,6 @@
 
 namespace lecalib {
 
-using Mat69 = Eigen::Matrix<double, 6, 9>;
-
 /// Why a refinement stopped. Values are stable.
 enum class StopReason : std::uint8_t {
   none = 0,            ///< not stopped yet
@@ -63,7 +61,7 @@ inline constexpr double kMinPosePivot = 1e-11;
 
 /// The intrinsics' own normal equations with the poses eliminated.
 struct ReducedSystem {
-  Eigen::Matrix<double, 9, 9> matrix;  ///< Schur complement, priors included; identity rows where a parameter is held
+  Mat9 matrix;  ///< Schur complement, priors included; identity rows where a parameter is held
   Vec9 gradient;
 };
 
@@ -128,7 +126,7 @@ class Refiner {
   bool reduced_system(ReducedSystem* out) const { return reduce(0.0, out); }
 
   /// What the priors alone contribute to the reduced matrix.
-  [[nodiscard]] Eigen::Matrix<double, 9, 9> prior_information() const;
+  [[nodiscard]] Mat9 prior_information() const;
 
   /// Fills `gradient` of the answers to the errors of every model line, at the current state.
   /// @param responses kLineErrors per model line
@@ -141,15 +139,15 @@ class Refiner {
 
   /// How many parameters the known turns determine, and not the points.
   /// @param inverse as for pose_covariance()
-  [[nodiscard]] double parameters_from_turns(const Eigen::Matrix<double, 9, 9>& inverse) const;
+  [[nodiscard]] double parameters_from_turns(const Mat9& inverse) const;
 
   /// Covariance of one view's pose, by the increments (w, v) of x_cam' = exp(w) x_cam + v.
   /// @param inverse   covariance of the intrinsics for true sigmas, without the lines' errors; 0 where held
   /// @param scale     true over given variance of the points
   /// @param errors    of the lines; where there are any, `responses` hold their shifts
   /// @return false, *out unchanged, where the pose is not determined
-  bool pose_covariance(std::size_t view, const Eigen::Matrix<double, 9, 9>& inverse, double scale,
-                       const LineErrorSizes& errors, Span<LineResponse> responses, Mat6* out) const;
+  bool pose_covariance(std::size_t view, const Mat9& inverse, double scale, const LineErrorSizes& errors,
+                       Span<LineResponse> responses, Mat6* out) const;
   /// Adds what the points say of the offsets of their edges, poses eliminated, to matrix (lower triangle), gradient
   /// (downhill) and by_camera, at the current state.
   void add_offset_equations(const EdgeOffsets& offsets, const EdgeOffsetWorkspace& out) const;
@@ -160,7 +158,7 @@ class Refiner {
   [[nodiscard]] Span<RefineView> views() const { return views_; }
   [[nodiscard]] bool is_free(std::size_t intrinsic) const { return policy_.free[intrinsic]; }
   /// Of the intrinsics, priors included, at the current state; lower triangle valid, also of held ones.
-  [[nodiscard]] const Eigen::Matrix<double, 9, 9>& intrinsic_block() const { return intrinsic_block_; }
+  [[nodiscard]] const Mat9& intrinsic_block() const { return intrinsic_block_; }
   [[nodiscard]] const Vec9& intrinsic_gradient() const { return intrinsic_gradient_; }
   /// Adds what one view says of its edges' offsets to matrix, gradient and by_camera, and sets by_pose to it.
   void add_view_rows(std::size_t view, const EdgeOffsets& offsets, const EdgeOffsetWorkspace& out) const;
@@ -217,7 +215,7 @@ class Refiner {
   void add_view_offsets(std::size_t index, const EdgeOffsets& offsets, const EdgeOffsetWorkspace& out) const;
   void add_point_offsets(std::size_t index, const CameraLine& line, double knee, const OffsetTerms& terms,
                          const EdgeOffsetWorkspace& out) const;
-  void standardise_view(std::size_t index, const Eigen::Matrix<double, 9, 9>& covariance, Span<float> out) const;
+  void standardise_view(std::size_t index, const Mat9& covariance, Span<float> out) const;
   bool reduce(double damping, ReducedSystem* out) const;
   bool solve_damped(Vec9* delta) const;
   double apply(const Vec9& delta, double* largest_relative_step);
@@ -233,9 +231,9 @@ class Refiner {
   Span<float> feet_;
   Camera camera_;
   Camera next_camera_;  // of the step left out
-  Eigen::Matrix<double, 9, 9> data_block_ = Eigen::Matrix<double, 9, 9>::Zero();
+  Mat9 data_block_ = Mat9::Zero();
   Vec9 data_gradient_ = Vec9::Zero();
-  Eigen::Matrix<double, 9, 9> intrinsic_block_ = Eigen::Matrix<double, 9, 9>::Zero();
+  Mat9 intrinsic_block_ = Mat9::Zero();
   Vec9 intrinsic_gradient_ = Vec9::Zero();  // these two with the priors
   double cost_ = 0.0;
   double data_cost_ = 0.0;

@@ -116,8 +116,8 @@ void Refiner::add_line_rows(std::size_t view, Span<LineResponse> responses) cons
                });
 }
 
-bool Refiner::pose_covariance(std::size_t view, const Eigen::Matrix<double, 9, 9>& inverse, double scale,
-                              const LineErrorSizes& errors, Span<LineResponse> responses, Mat6* out) const {
+bool Refiner::pose_covariance(std::size_t view, const Mat9& inverse, double scale, const LineErrorSizes& errors,
+                              Span<LineResponse> responses, Mat6* out) const {
   Mat69 eliminated;
   Mat6 own;
   Mat6 partner;
@@ -163,8 +163,7 @@ bool Refiner::standardised_residuals(Span<float> out) const {
   return true;
 }
 
-void Refiner::standardise_view(std::size_t index, const Eigen::Matrix<double, 9, 9>& covariance,
-                               Span<float> out) const {
+void Refiner::standardise_view(std::size_t index, const Mat9& covariance, Span<float> out) const {
   const View& span = data_.views[index];
   Mat69 eliminated;
   Mat6 pose_covariance;

@@ -87,7 +87,7 @@ Eigen::Matrix<double, 9, 3> Refiner::turn_response(std::size_t index) const {
   return -turn_precision(index) * data_.relative[index].shared_rad * gradient;
 }
 
-double Refiner::parameters_from_turns(const Eigen::Matrix<double, 9, 9>& inverse) const {
+double Refiner::parameters_from_turns(const Mat9& inverse) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < data_.relative.size(); ++i) {
     Mat3 residual;

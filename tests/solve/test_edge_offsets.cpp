@@ -99,7 +99,7 @@ TEST_CASE("edge offsets: the step and the covariance are those of one dense syst
 
   ReducedSystem system;
   REQUIRE(s.refiner.reduced_system(&system));
-  Eigen::Matrix<double, 9, 9> sum = test::dense_inverse(system.matrix);
+  Mat9 sum = test::dense_inverse(system.matrix);
   double largest = 0;
   {
     const test::AllocScope heap;
@@ -212,7 +212,7 @@ TEST_CASE("edge offsets: without sigma of their own they change nothing") {
   options.off_tilt_px = options.on_tilt_px = options.off_bend_px = options.on_bend_px = 1e-9;
   options.latency_ms = options.bend_px = options.off_by_speed_px = options.on_by_speed_px = 1e-9;
   s.begin(options);
-  Eigen::Matrix<double, 9, 9> sum = Eigen::Matrix<double, 9, 9>::Zero();
+  Mat9 sum = Mat9::Zero();
   REQUIRE(s.offsets.add_covariance(s.refiner, 1.0, &sum));
   CHECK(std::sqrt(sum(0, 0)) < 1e-5);
 }
