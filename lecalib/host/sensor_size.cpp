@@ -5,15 +5,20 @@
 
 namespace lecalib::host {
 namespace {
-constexpr unsigned long long kMaxSensorSide = 16384;
-}
+
+/// Of files that are read, counted or converted, all of which larger sensors than the calibrator's (kMaxSensorSide) can
+/// do: DAT has 14 bits for a coordinate.
+constexpr unsigned long long kMaxFileSensorSide = 16384;
+
+}  // namespace
 
 Result<SensorSize> parse_sensor(std::string_view text) {
   const std::vector<Field> fields = split(text, 'x');
   if (fields.size() == 2) {
     const auto width = parse_count(fields[0].text);
     const auto height = parse_count(fields[1].text);
-    if (width && height && *width >= 1 && *height >= 1 && *width <= kMaxSensorSide && *height <= kMaxSensorSide) {
+    if (width && height && *width >= 1 && *height >= 1 && *width <= kMaxFileSensorSide &&
+        *height <= kMaxFileSensorSide) {
       return SensorSize{static_cast<std::uint16_t>(*width), static_cast<std::uint16_t>(*height)};
     }
   }
