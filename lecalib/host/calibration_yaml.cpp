@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "lecalib/host/calibration_report.hpp"
-#include "lecalib/host/rotation_vector.hpp"
 #include "lecalib/host/text.hpp"
 #include "lecalib/math/distortion_fit.hpp"
+#include "lecalib/math/so3.hpp"
 
 namespace lecalib::host {
 namespace {
@@ -55,8 +55,8 @@ std::string calibration_opencv_yaml(const CalibrationReport& report) {
   std::vector<double> extrinsics;
   for (const ViewReport& view : report.views) {
     if (view.camera != entry.name) continue;
-    const std::array<double, 3> w = rotation_vector(view.T_cam_world.R);
-    extrinsics.insert(extrinsics.end(), w.begin(), w.end());
+    const Vec3 w = so3_log(rotation_of(view.T_cam_world));
+    extrinsics.insert(extrinsics.end(), w.data(), w.data() + 3);
     extrinsics.insert(extrinsics.end(), view.T_cam_world.t, view.T_cam_world.t + 3);
     view_rms.push_back(view.rms_px);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/match/flat_lines.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "lecalib/math/camera_model.hpp"
