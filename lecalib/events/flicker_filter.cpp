@@ -27,7 +27,7 @@ constexpr unsigned kRing = 4;  // px, distance of the 8 pixels asked
 // So many of them and the pixel itself have fired: at a corner of the region; of a straight line it is 3.
 constexpr unsigned kInRegion = 4;
 
-constexpr std::size_t kReach = 2;  // slots to either side that are taken together with a slot
+constexpr std::size_t kSlotReach = 2;  // slots to either side that are taken together with a slot
 
 /// Which slots of a period stand out, a bit for each: those above the mean within a run of 5 slots that hold more than
 /// 7/4 times their share, and 3 events. Runs, since the pixel grid lets fine gratings fire at a few single times. For
@@ -37,17 +37,17 @@ unsigned slots_that_stand_out(const std::uint8_t* counts) noexcept {
   for (std::size_t slot = 0; slot < kFlickerSlots; ++slot) total += counts[slot];
   if (total <= 3) return 0;
   unsigned run = 0;
-  for (std::size_t i = 0; i < 2 * kReach; ++i) run += counts[(i + kFlickerSlots - kReach) % kFlickerSlots];
+  for (std::size_t i = 0; i < 2 * kSlotReach; ++i) run += counts[(i + kFlickerSlots - kSlotReach) % kFlickerSlots];
   unsigned near = 0;
   unsigned busy = 0;
   for (std::size_t slot = 0; slot < kFlickerSlots; ++slot) {
-    run += counts[(slot + kReach) % kFlickerSlots];
-    if (64 * run > 35 * total + 192) near |= 0x1FU << slot;  // the run's slots, shifted by kReach
+    run += counts[(slot + kSlotReach) % kFlickerSlots];
+    if (64 * run > 35 * total + 192) near |= 0x1FU << slot;  // the run's slots, shifted by kSlotReach
     if (16 * counts[slot] > total) busy |= 1U << slot;
-    run -= counts[(slot + kFlickerSlots - kReach) % kFlickerSlots];
+    run -= counts[(slot + kFlickerSlots - kSlotReach) % kFlickerSlots];
   }
   near |= near >> kFlickerSlots | near << kFlickerSlots;  // the period is a circle
-  return near >> kReach & busy;
+  return near >> kSlotReach & busy;
 }
 
 unsigned bits_set(std::uint8_t bits) noexcept {

@@ -7,7 +7,7 @@
 namespace lecalib {
 namespace {
 
-constexpr std::uint16_t kNone = 0xffff;
+constexpr std::uint16_t kNoCorner = 0xffff;
 /// Pieces of one line: each end of the shorter within this many units of the longer one's line, and the gap between
 /// them at most this share of their joint length.
 constexpr double kJoinUnits = 1.5;
@@ -81,7 +81,7 @@ class QuadFinder {
       for (std::size_t j = i + 1; j < num_edges_; ++j) add_corner(i, j);
     }
     const Span<std::uint16_t> first = workspace_.first.first(2 * num_edges_);
-    std::fill(first.begin(), first.end(), kNone);
+    std::fill(first.begin(), first.end(), kNoCorner);
     for (std::size_t c = 0; c < corners_.size(); ++c) {
       for (std::size_t side = 0; side < 2; ++side) {
         std::uint16_t& head = first[2U * corners_[c].edge[side] + corners_[c].end[side]];
@@ -99,9 +99,9 @@ class QuadFinder {
       const std::size_t c = corners_[m].edge[1];
       const std::size_t b_far = 1U - corners_[m].end[0];
       const std::size_t c_far = 1U - corners_[m].end[1];
-      for (std::uint16_t at_b = workspace_.first[2 * b + b_far]; at_b != kNone; at_b = next_at(at_b, b, b_far)) {
+      for (std::uint16_t at_b = workspace_.first[2 * b + b_far]; at_b != kNoCorner; at_b = next_at(at_b, b, b_far)) {
         const std::size_t a = other_edge(at_b, b);
-        for (std::uint16_t at_c = workspace_.first[2 * c + c_far]; at_c != kNone; at_c = next_at(at_c, c, c_far)) {
+        for (std::uint16_t at_c = workspace_.first[2 * c + c_far]; at_c != kNoCorner; at_c = next_at(at_c, c, c_far)) {
           const std::size_t d = other_edge(at_c, c);
           if (a == c || d == b || a == d) continue;
           add_quad({a, b, c, d}, at_b, m, at_c);
@@ -163,20 +163,20 @@ class QuadFinder {
     const ImageCorner& c = corners_[corner];
     return c.edge[0] == edge ? c.edge[1] : c.edge[0];
   }
-  /// Index of the corner where two edges meet; kNone when it is not in the list.
+  /// Index of the corner where two edges meet; kNoCorner when it is not in the list.
   [[nodiscard]] std::uint16_t corner_between(std::size_t a, std::size_t d) const {
     for (std::size_t end = 0; end < 2; ++end) {
-      for (std::uint16_t c = workspace_.first[2 * a + end]; c != kNone; c = next_at(c, a, end)) {
+      for (std::uint16_t c = workspace_.first[2 * a + end]; c != kNoCorner; c = next_at(c, a, end)) {
         if (other_edge(c, a) == d) return c;
       }
     }
-    return kNone;
+    return kNoCorner;
   }
 
   void add_quad(const std::size_t (&edges)[4], std::uint16_t at_b, std::size_t middle, std::uint16_t at_c) {
     // A quad with four real corners is found from each of them: the one with the smallest index counts.
     const std::uint16_t closing = corner_between(edges[0], edges[3]);
-    if (closing != kNone && std::min({at_b, at_c, closing}) < middle) return;
+    if (closing != kNoCorner && std::min({at_b, at_c, closing}) < middle) return;
     Vec2 corner[4];
     corner[0] = Eigen::Map<const Vec2>(corners_[at_b].point);
     corner[1] = Eigen::Map<const Vec2>(corners_[middle].point);

@@ -21,7 +21,7 @@ constexpr double kMinSeenUnits = 8.0;
 /// A line is found that is covered by this share, by detected lines within so many units of it.
 constexpr double kFoundShare = 0.5;
 constexpr double kCloseUnits = 0.75;
-constexpr std::uint16_t kFewLines = 4;
+constexpr std::uint16_t kFewFound = 4;
 /// An edge that travels less than this many px across itself in a window makes no line, one that travels more than
 /// that does, unless it has no contrast.
 constexpr double kSilentTravelPx = 1.0;
@@ -168,7 +168,7 @@ double coverage(const ProjectedLine& line, std::size_t model_line, Span<const As
 /// believed.
 Span<Assignment> demand_coverage(Span<const ProjectedLine> projected, const AssignmentOptions& options,
                                  Span<Assignment> taken) {
-  if (measure(projected, taken, options.unit_px).lines > kFewLines) return taken;
+  if (measure(projected, taken, options.unit_px).lines > kFewFound) return taken;
   std::size_t count = 0;
   for (std::size_t i = 0; i < taken.size(); ++i) {
     const std::size_t j = taken[i].model_line;

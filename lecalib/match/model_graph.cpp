@@ -6,6 +6,7 @@
 
 #include "lecalib/match/bounded_best.hpp"
 #include "lecalib/math/eigen.hpp"
+#include "lecalib/math/line_projection.hpp"
 
 namespace lecalib {
 namespace {
@@ -21,8 +22,7 @@ struct Meeting {
   bool at_ends;
 };
 
-Vec3 start_of(const ModelLine& line) { return Eigen::Map<const Vec3>(line.p); }
-Vec3 direction_of(const ModelLine& line) { return Eigen::Map<const Vec3>(line.q) - start_of(line); }
+Vec3 direction_of(const ModelLine& line) { return end_of(line) - start_of(line); }
 
 bool near_end(double s, double tolerance) { return std::abs(s) <= tolerance || std::abs(s - 1.0) <= tolerance; }
 

@@ -11,7 +11,7 @@ namespace {
 
 /// Share of the smaller hypothesis's matches that both must have in common, and of pairs that must keep their distance.
 constexpr double kMinCommon = 0.6;
-constexpr double kMinKept = 0.95;
+constexpr double kMinKeptPairs = 0.95;
 /// Distances are equal within this share of the model's size.
 constexpr double kTolerance = 0.02;
 /// Lengths that a symmetry maps to each other are equal within this share of it: a side that is off by a percent makes
@@ -83,7 +83,7 @@ bool is_same_matching(const MatchScene& scene, const LineTrack& a, const LineTra
   }
   const std::size_t fewer = std::min(count_matches(a), count_matches(b));
   return static_cast<double>(common) >= kMinCommon * static_cast<double>(fewer) &&
-         static_cast<double>(kept) >= kMinKept * static_cast<double>(pairs);
+         static_cast<double>(kept) >= kMinKeptPairs * static_cast<double>(pairs);
 }
 
 bool is_same_placement(const ModelGraph& model, const Pose& a, const Pose& b, double turn_rad, bool up_to_symmetry) {

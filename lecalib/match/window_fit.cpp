@@ -13,8 +13,9 @@ struct Round {
 };
 
 /// From coarse to fine; the last one only assigns.
-constexpr Round kRounds[] = {{12.0, 0.20, 16.0, 2}, {7.0, 0.12, 12.0, 2}, {4.0, 0.08, 10.0, 2}, {3.5, 0.06, 10.0, 0}};
-constexpr std::size_t kNumRounds = sizeof(kRounds) / sizeof(kRounds[0]);
+constexpr Round kWindowRounds[] = {
+    {12.0, 0.20, 16.0, 2}, {7.0, 0.12, 12.0, 2}, {4.0, 0.08, 10.0, 2}, {3.5, 0.06, 10.0, 0}};
+constexpr std::size_t kNumWindowRounds = sizeof(kWindowRounds) / sizeof(kWindowRounds[0]);
 constexpr std::uint16_t kMinFitLines = 3;
 /// From this round on a pose with few lines needs whole ones.
 constexpr std::size_t kFineRound = 2;
@@ -26,21 +27,21 @@ bool fit_window(const ModelGraph& model, double f_px, const FlatFrame& frame, Sp
                 const Pose& start, const WindowFitOptions& options, AssignmentWorkspace* workspace, WindowFit* out) {
   WindowFit fit;
   fit.pose = start;
-  for (std::size_t round = static_cast<std::size_t>(options.start); round < kNumRounds; ++round) {
+  for (std::size_t round = static_cast<std::size_t>(options.start); round < kNumWindowRounds; ++round) {
     AssignmentOptions assignment;
     assignment.unit_px = options.unit_px;
     assignment.contrast = options.contrast;
     assignment.line_contrast = options.line_contrast;
-    assignment.gate_px = kRounds[round].gate_units * options.unit_px;
-    assignment.max_slope = kRounds[round].max_slope;
-    assignment.overshoot_px = kRounds[round].overshoot_units * options.unit_px;
+    assignment.gate_px = kWindowRounds[round].gate_units * options.unit_px;
+    assignment.max_slope = kWindowRounds[round].max_slope;
+    assignment.overshoot_px = kWindowRounds[round].overshoot_units * options.unit_px;
     if (round >= kFineRound) assignment.min_coverage_of_few = kMinCoverageOfFew;
     fit.assignments =
         assign_lines(model, fit.pose, f_px, frame, lines, Instant::middle, assignment, workspace, &fit.support);
     if (fit.support.lines < kMinFitLines) return false;
-    if (kRounds[round].iterations == 0) continue;
+    if (kWindowRounds[round].iterations == 0) continue;
     PoseRefinementOptions refinement;
-    refinement.iterations = kRounds[round].iterations;
+    refinement.iterations = kWindowRounds[round].iterations;
     refinement.sigma_floor_px = 0.5 * options.unit_px;
     refinement.loss_px = 0.5 * assignment.gate_px;
     if (!refine_pose(model.lines, f_px, lines, Instant::middle, fit.assignments, options.prior, refinement, &fit.pose,

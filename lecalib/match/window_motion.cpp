@@ -14,7 +14,7 @@ constexpr double kMaxExtrapolation = 4.0;
 /// Windows between neighbours that a scatter needs, and its least values: rad, share of distance.
 constexpr std::size_t kMinScatterWindows = 4;
 constexpr double kMinRotationRad = 0.003;
-constexpr double kMinShare = 0.002;
+constexpr double kMinDistanceShare = 0.002;
 /// Sigma of a prior over the median scatter.
 constexpr double kPriorWidth = 1.5;
 constexpr std::size_t kNoWindow = static_cast<std::size_t>(-1);
@@ -95,7 +95,7 @@ std::size_t predict_poses(const WindowMotion& motion, std::size_t window, Pose o
 }
 
 MotionScatter measure_scatter(const WindowMotion& motion, const double (&centre_m)[3], Span<double> scratch) {
-  MotionScatter scatter{kMinRotationRad, kMinShare, kMinShare, false};
+  MotionScatter scatter{kMinRotationRad, kMinDistanceShare, kMinDistanceShare, false};
   double PoseDifference::*const parts[] = {&PoseDifference::rotation_rad, &PoseDifference::lateral,
                                            &PoseDifference::depth};
   double MotionScatter::*const medians[] = {&MotionScatter::rotation_rad, &MotionScatter::lateral,

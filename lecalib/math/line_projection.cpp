@@ -29,7 +29,7 @@ constexpr double kBeyondKnee = 1.5;
 
 /// A point (x, y) of the ideal line with its radial factor and its image (x_d, y_d). In scalars throughout, as are the
 /// loops below: compilers make them of vectors of two, and lose more in moving these about than they gain.
-struct Candidate {
+struct ImagePoint {
   double x, y;
   RadialFactor radial;
   double x_d, y_d;
@@ -38,7 +38,7 @@ struct Candidate {
 };
 
 /// evaluate() for all models and anywhere.
-Candidate evaluate_any(const Camera& c, const IdealLine& line, double s, double u, double v) {
+ImagePoint evaluate_any(const Camera& c, const IdealLine& line, double s, double u, double v) {
   const Vec2 ideal = line.origin + s * line.direction;
   const RadialFactor radial = radial_at(c, ideal.squaredNorm(), line.knee);
   const Vec2 image = distorted_point(c, ideal, radial);
@@ -55,7 +55,7 @@ Candidate evaluate_any(const Camera& c, const IdealLine& line, double s, double 
 }
 
 /// The point origin + s direction, whose squared radius is offset^2 + s^2.
-inline Candidate evaluate(const Camera& c, const IdealLine& line, double s, double u, double v) {
+inline ImagePoint evaluate(const Camera& c, const IdealLine& line, double s, double u, double v) {
   const double q = line.offset * line.offset + s * s;
   if (c.model != DistortionModel::brown || !is_centred(c) || q > line.knee * line.knee) {
     return evaluate_any(c, line, s, u, v);
@@ -85,14 +85,14 @@ double beyond_bracket(const IdealLine& line, double low, double high, double nex
 
 /// @param[in,out] s where to begin, and the foot
 [[gnu::always_inline]] inline bool search_foot(const Camera& camera, const IdealLine& line, double u, double v,
-                                               double tolerance_px, double* s, Candidate* best) {
+                                               double tolerance_px, double* s, ImagePoint* best) {
   double low = -line.half_length;  // the foot is between these, or at the end of the line
   double high = line.half_length;
   double at = std::clamp(*s, low, high);
   double last_at = at;
   double last_gradient = 0.0;
   for (int i = 0;; ++i) {
-    const Candidate here = evaluate(camera, line, at, u, v);
+    const ImagePoint here = evaluate(camera, line, at, u, v);
     const double speed2 = here.tangent_u * here.tangent_u + here.tangent_v * here.tangent_v;
     if (!(speed2 > 0.0)) return false;
     const double gradient = here.tangent_u * here.offset_u + here.tangent_v * here.offset_v;
@@ -121,13 +121,13 @@ double beyond_bracket(const IdealLine& line, double low, double high, double nex
 }
 
 /// Unit normal of the distorted line.
-Vec2 unit_normal(const Candidate& at) {
+Vec2 unit_normal(const ImagePoint& at) {
   const double inverse = 1.0 / std::sqrt(at.tangent_u * at.tangent_u + at.tangent_v * at.tangent_v);
   return {-at.tangent_v * inverse, at.tangent_u * inverse};
 }
 
 bool find_foot(const Camera& camera, const IdealLine& ideal, const Vec2& pixel, double tolerance_px, LineFoot* foot) {
-  Candidate best;
+  ImagePoint best;
   double s = ideal.direction.dot(roughly_undistorted(camera, pixel));
   if (!search_foot(camera, ideal, pixel(0), pixel(1), tolerance_px, &s, &best)) return false;
   *foot = {Vec2(best.x, best.y), pixel + Vec2(best.offset_u, best.offset_v), unit_normal(best)};
@@ -183,7 +183,7 @@ bool line_residual(const Camera& camera, double radius_limit, const CameraLine& 
 
 bool line_residual(const Camera& camera, const CameraLine& line, const IdealLine& ideal, const Vec2& pixel, float* foot,
                    LineResidual* out) {
-  Candidate best;
+  ImagePoint best;
   const bool cold = foot == nullptr || *foot == kNoFoot;
   double s = cold ? ideal.direction.dot(roughly_undistorted(camera, pixel)) : static_cast<double>(*foot);
   const double tolerance_px = foot == nullptr ? kFootTolerancePx : kWarmTolerancePx;

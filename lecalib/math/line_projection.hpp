@@ -19,6 +19,9 @@ struct CameraLine {
   Vec3 direction = Vec3::Zero();  ///< X_q - X_p
 };
 
+inline Vec3 start_of(const ModelLine& line) { return Eigen::Map<const Vec3>(line.p); }
+inline Vec3 end_of(const ModelLine& line) { return Eigen::Map<const Vec3>(line.q); }
+
 /// The model line seen from a camera with x_cam = R x_world + t.
 CameraLine line_in_camera(const Mat3& R, const Vec3& t, const ModelLine& line);
 

@@ -5,6 +5,9 @@
 
 namespace lecalib {
 
+/// Sigma of a Gaussian over the median of its absolute value.
+inline constexpr double kGaussianOverMedian = 1.4826;
+
 /// How a residual counts beyond `width` sigmas.
 enum class Loss : std::uint8_t {
   squared,  ///< least squares: all the same

@@ -52,11 +52,11 @@ float share_of(const Coverage& coverage, int row, int rows, int column, int colu
   return static_cast<float>(covered) / static_cast<float>(rows * columns);
 }
 
-struct Side {
+struct ImageSide {
   CoverageHint hint;
   int row, rows, column, columns;
 };
-constexpr Side kSides[] = {
+constexpr ImageSide kImageSides[] = {
     {CoverageHint::fill_left, 0, kCoverageRows, 0, kEdgeCells},
     {CoverageHint::fill_right, 0, kCoverageRows, kCoverageColumns - kEdgeCells, kEdgeCells},
     {CoverageHint::fill_top, 0, kEdgeCells, 0, kCoverageColumns},
@@ -266,7 +266,7 @@ void advise_collecting(Coverage* coverage) {
   if (coverage->covered_share * kCells < std::min(kLeastWander * cells_at_once, kEverywhere * kCells)) {
     advise(CoverageHint::move, coverage);
   }
-  for (const Side& side : kSides) {
+  for (const ImageSide& side : kImageSides) {
     if (share_of(*coverage, side.row, side.rows, side.column, side.columns) < 0.25F) advise(side.hint, coverage);
   }
 }

@@ -5,15 +5,13 @@
 #include <cmath>
 
 #include "lecalib/math/distortion_fit.hpp"
+#include "lecalib/math/robust_loss.hpp"
 
 namespace lecalib {
 namespace {
 
 /// Where the refinement by squares may stop: it only gives the scale of the residuals and a start for what follows.
 constexpr double kSquaresTolerance = 1e-3;
-
-/// Sigma of a Gaussian over the median of its absolute value.
-constexpr double kGaussianOverMedian = 1.4826;
 
 }  // namespace
 

@@ -14,7 +14,7 @@ constexpr double kWrongSpreads = 5.0;
 
 /// Fewer lines than this, in all views, leave the centre and the distortion free to run off before the pose is right:
 /// twice what a view's linear solution takes.
-constexpr std::size_t kFewLines = 2 * kMinNonPlanarLines;
+constexpr std::size_t kFewLinesInAll = 2 * kMinNonPlanarLines;
 
 }  // namespace
 
@@ -66,7 +66,7 @@ Status MonoSolver::step_guess() {
 bool MonoSolver::has_few_lines() const {
   std::size_t lines = 0;
   for (const View& view : data_.views) lines += count_lines(data_, view, workspace_.guess.moments);
-  return lines < kFewLines;
+  return lines < kFewLinesInAll;
 }
 
 /// Whether some residuals are larger than what the bulk of them explains, or all are too large to be measurements.

@@ -10,11 +10,11 @@ namespace lecalib {
 namespace {
 
 /// Rounds of the robust fit: all neighbours, then twice those within a band about the last plane.
-constexpr int kRounds = 3;
+constexpr int kPlaneRounds = 3;
 /// The band in units of the last thickness, and its limits, px. The upper limits keep a parallel edge out.
 constexpr float kBandThickness = 2.2F;
 constexpr float kMinBandPx = 1.5F;
-constexpr float kMaxBandPx[kRounds] = {0, 3.5F, 2.5F};
+constexpr float kMaxBandPx[kPlaneRounds] = {0, 3.5F, 2.5F};
 
 bool valid(const NormalOptions& o) {
   return o.neighbourhood.min_radius_px > 0 && o.neighbourhood.max_radius_px >= o.neighbourhood.min_radius_px &&
@@ -33,7 +33,7 @@ float distance(const PlaneFit& plane, float x, float y, float z) {
 std::size_t fit_surface(const EventCloud& cloud, const Point3& origin, Span<const std::uint32_t> neighbours,
                         std::uint32_t min_support, PlaneFit* plane) {
   PlaneMoments moments;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kPlaneRounds; ++round) {
     const float band =
         round == 0 ? 0 : std::clamp(kBandThickness * std::sqrt(plane->variance[0]), kMinBandPx, kMaxBandPx[round]);
     const float last = moments.n;
@@ -55,7 +55,7 @@ std::size_t fit_surface(const EventCloud& cloud, const Point3& origin, Span<cons
 float expected_noise(const EventCloud& cloud, bool on, const Neighbourhood& neighbourhood) {
   constexpr float kPi = 3.14159265F;
   const float per_px3 = cloud.noise_floor[on ? 1 : 0] / (cloud.depth_px * static_cast<float>(neighbourhood.stride));
-  return per_px3 * 2 * kMaxBandPx[kRounds - 1] * kPi * neighbourhood.radius_px * neighbourhood.radius_px;
+  return per_px3 * 2 * kMaxBandPx[kPlaneRounds - 1] * kPi * neighbourhood.radius_px * neighbourhood.radius_px;
 }
 
 bool is_moving_surface(const PlaneFit& plane, std::size_t support, std::size_t neighbours, float noise,

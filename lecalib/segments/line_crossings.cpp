@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "lecalib/math/chance.hpp"
+#include "lecalib/math/robust_loss.hpp"
 #include "lecalib/segments/corridor.hpp"
 #include "lecalib/segments/shape_cells.hpp"
 
@@ -12,7 +13,6 @@ namespace lecalib {
 namespace {
 
 constexpr std::size_t kCellPixels = std::size_t{kCloudCellPx} * kCloudCellPx;
-constexpr float kGaussianOverMedian = 1.4826F;
 constexpr float kOffBandPx = 1;  // the corridor is that of the line, the band that of its shape
 
 /// A place's weight is its share of the line.
@@ -312,7 +312,7 @@ class CrossingFitter {
     float* const sizes = ws_.times.data();
     for (std::size_t i = 0; i < count_; ++i) sizes[i] = std::fabs(ws_.across[i]);
     std::nth_element(sizes, sizes + count_ / 2, sizes + count_);
-    return kGaussianOverMedian * sizes[count_ / 2];
+    return static_cast<float>(kGaussianOverMedian) * sizes[count_ / 2];
   }
 
   const EventCloud& cloud_;

@@ -23,7 +23,7 @@ constexpr float kBorderPx = 8;       // beyond the sensor's border nothing is to
 constexpr float kPriorVariance = 1;  // of the events' distance while the thickness is unknown, px^2
 
 /// How far the line goes on in one step.
-struct Reach {
+struct StepReach {
   float extent_px = 0;
   bool to_the_end = false;  // no gap before the step's end
   bool supported = false;
@@ -114,7 +114,7 @@ class LineGrower {
   bool refit() { return equations_.solve(priors_, kPriorVariance, line_.m, nullptr); }
 
   /// How far the events from `first` on reach without a gap, in the step [from, to).
-  [[nodiscard]] Reach measure(std::size_t first, float from, float to, int side) const {
+  [[nodiscard]] StepReach measure(std::size_t first, float from, float to, int side) const {
     int own[kMaxBins] = {};
     for (std::size_t k = first; k < count_; ++k) {
       const int bin = static_cast<int>((side == 1 ? ws_.along[k] - from : to - ws_.along[k]) / kBinPx);
@@ -128,7 +128,7 @@ class LineGrower {
     const int max_gap = static_cast<int>(std::floor(std::clamp(gap_px, kBinPx, options_.max_gap_px) / kBinPx + 0.5F));
     const int bins = std::min(static_cast<int>((to - from) / kBinPx + 0.999F), kMaxBins);
 
-    Reach reach;
+    StepReach reach;
     int last = -1;
     int gap = 0;
     for (int b = 0; b < bins && gap < max_gap; ++b) {
@@ -153,11 +153,11 @@ class LineGrower {
   }
 
   /// Looks whether the line goes on in the polarity that it does not have yet; if so it becomes one of both.
-  Reach try_other_polarity(const Reach& own, std::size_t first, float from, float to, int side) {
+  StepReach try_other_polarity(const StepReach& own, std::size_t first, float from, float to, int side) {
     if (options_.other_polarity_px <= 0 || line_.polarities == 3) return own;
     const std::size_t keep = count_;
     gather(from, to, line_.polarities ^ 3U, side);
-    const Reach both = measure(first, from, to, side);
+    const StepReach both = measure(first, from, to, side);
     const auto gained = static_cast<float>(count_ - keep);
     const float by_chance = noise_in(line_.polarities ^ 3U, to - from);
     if (both.extent_px >= own.extent_px + options_.other_polarity_px &&
@@ -192,7 +192,7 @@ class LineGrower {
     const std::size_t first = count_;
     for (int& bin : foreign_) bin = 0;
     gather(from, to, line_.polarities, side);
-    Reach reach = measure(first, from, to, side);
+    StepReach reach = measure(first, from, to, side);
     if (!reach.to_the_end && step <= kMinStepPx) reach = try_other_polarity(reach, first, from, to, side);
     if (reach.to_the_end && !reach.supported) {
       if (!shared_.hold(line_, 0.5F * (from + to), 0)) ++state.bridges;
@@ -210,7 +210,7 @@ class LineGrower {
     return true;
   }
 
-  void update_side(int side, float step, const Reach& reach) {
+  void update_side(int side, float step, const StepReach& reach) {
     Side& state = sides_[side];
     if (reach.to_the_end) {
       state.max_step_px = std::min(kMaxStepPx, 2 * state.max_step_px);

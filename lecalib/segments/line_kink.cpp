@@ -10,7 +10,7 @@ namespace {
 constexpr float kKinkColumnPx = 12;
 constexpr int kMinKinkColumns = 8;
 constexpr int kSmoothTerms = 5;  // 1, u, ..., u^4
-constexpr int kMargin = 2;       // columns at either end where a hinge could follow a single column
+constexpr int kEndColumns = 2;   // columns at either end where a hinge could follow a single column
 
 /// Product of a hinge max(0, u - c) with a vector over the columns, from sums over the columns behind c.
 struct HingeProduct {
@@ -84,7 +84,7 @@ bool KinkFinder::find(const KinkOptions& options, float variance, float* at_px) 
   float best_slope = 0;
   int best_column = 0;
   HingeSums sums;
-  for (int at = count_ - 2; at >= kMargin; --at) {
+  for (int at = count_ - 2; at >= kEndColumns; --at) {
     const float u = unit_position(at + 1);
     sums.one.add(weight_[at + 1], u, 1);
     sums.unit.add(weight_[at + 1], u, u);
@@ -96,7 +96,7 @@ bool KinkFinder::find(const KinkOptions& options, float variance, float* at_px) 
       const float part = sums.smooth[term].with(hinge);
       square -= part * part;
     }
-    if (at >= count_ - kMargin || !(square > 0)) continue;
+    if (at >= count_ - kEndColumns || !(square > 0)) continue;
     const float slope = sums.mean.with(hinge) / square;
     if (slope * slope * square < best) continue;
     best = slope * slope * square;

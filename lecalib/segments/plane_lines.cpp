@@ -12,13 +12,13 @@ constexpr float kMinAlongCosine = 0.9F;
 /// Share of the shorter rim that faces its counterpart.
 constexpr float kMinFacing = 0.5F;
 
-enum class Side : std::uint8_t { trace, early, late };
+enum class RimSide : std::uint8_t { trace, early, late };
 
-Side side_of(const PlaneFrame& frame, const PlaneSegment& rim) {
+RimSide side_of(const PlaneFrame& frame, const PlaneSegment& rim) {
   const float dx = rim.b.x - rim.a.x;
   const float dy = rim.b.y - rim.a.y;
-  if (dx * dx < kMinAlongCosine * kMinAlongCosine * (dx * dx + dy * dy)) return Side::trace;
-  return rim.normal_y * frame.v_y.z > 0 ? Side::early : Side::late;
+  if (dx * dx < kMinAlongCosine * kMinAlongCosine * (dx * dx + dy * dy)) return RimSide::trace;
+  return rim.normal_y * frame.v_y.z > 0 ? RimSide::early : RimSide::late;
 }
 
 struct Extent {
@@ -62,19 +62,19 @@ std::size_t lines_of_plane(const EventPlane& plane, const PlaneFrame& frame, flo
   };
 
   for (const PlaneSegment& rim : rims) {
-    const Side side = side_of(frame, rim);
-    if (side == Side::trace) continue;
+    const RimSide side = side_of(frame, rim);
+    if (side == RimSide::trace) continue;
     Extent extent = extent_of(rim);
     bool has_counterpart = false;
     for (const PlaneSegment& other : rims) {
-      const Side other_side = side_of(frame, other);
-      if (other_side == Side::trace || other_side == side || !face_each_other(extent_of(rim), extent_of(other)))
+      const RimSide other_side = side_of(frame, other);
+      if (other_side == RimSide::trace || other_side == side || !face_each_other(extent_of(rim), extent_of(other)))
         continue;
       has_counterpart = true;
       extent = {std::min(extent.low, extent_of(other).low), std::max(extent.high, extent_of(other).high)};
     }
     // Each pair is written once, with its early rim.
-    if (side == Side::early || !has_counterpart) emit(extent);
+    if (side == RimSide::early || !has_counterpart) emit(extent);
   }
   return count;
 }

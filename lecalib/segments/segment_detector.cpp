@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMinCells = 64;
 constexpr std::size_t kMaxCells = 65535;  // of 16-bit indices
-constexpr int kMargin = 2;                // empty cells around the points, so that their area ends inside of the image
+constexpr int kEmptyCells = 2;            // empty cells around the points, so that their area ends inside of the image
 constexpr std::size_t kGradientBins = 256;
 constexpr float kCellGrowth = 1.25F;
 
@@ -60,12 +60,12 @@ class DensityImage {
     const float side = std::sqrt(options_.points_per_cell * area / static_cast<float>(points.size()));
     cell_px_ = std::clamp(side, options_.min_cell_px, options_.max_cell_px);
     for (;; cell_px_ *= kCellGrowth) {
-      cols_ = static_cast<int>(width / cell_px_) + 2 * kMargin + 2;
-      rows_ = static_cast<int>(height / cell_px_) + 2 * kMargin + 2;
+      cols_ = static_cast<int>(width / cell_px_) + 2 * kEmptyCells + 2;
+      rows_ = static_cast<int>(height / cell_px_) + 2 * kEmptyCells + 2;
       if (static_cast<std::size_t>(cols_) * static_cast<std::size_t>(rows_) <= ws_.image.size()) break;
     }
-    min_x_ = box.min_x - static_cast<float>(kMargin) * cell_px_;
-    min_y_ = box.min_y - static_cast<float>(kMargin) * cell_px_;
+    min_x_ = box.min_x - static_cast<float>(kEmptyCells) * cell_px_;
+    min_y_ = box.min_y - static_cast<float>(kEmptyCells) * cell_px_;
   }
 
   [[nodiscard]] std::size_t at(int col, int row) const { return static_cast<std::size_t>(row * cols_ + col); }

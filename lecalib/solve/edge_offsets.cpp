@@ -14,7 +14,7 @@ namespace {
 enum Shared : std::uint16_t { kDark, kTrailing, kBend, kOffBySpeed, kOnBySpeed, kLatency };
 enum OfLine : std::size_t { kHalfWidth, kOffset, kTilt, kOwnBend };  // the last three twice, for OFF and for ON
 
-constexpr std::uint16_t kNone = 0xFFFF;
+constexpr std::uint16_t kNoOffset = 0xFFFF;
 constexpr double kSecondsPerMs = 1e-3;
 
 std::size_t slot_of(std::size_t line, OfLine which, bool on) {
@@ -45,7 +45,7 @@ void EdgeOffsets::init(const CalibrationData& data, const EdgeOffsetOptions& opt
   workspace_.sigma[kOffBySpeed] = options.off_by_speed_px;
   workspace_.sigma[kOnBySpeed] = options.on_by_speed_px;
   size_ = kSharedOffsets;
-  for (std::uint16_t& slot : workspace_.slot) slot = kNone;
+  for (std::uint16_t& slot : workspace_.slot) slot = kNoOffset;
   for (std::size_t line = 0; line < data.model.size(); ++line) add_line(line);
   restart();
 }
@@ -95,7 +95,7 @@ OffsetTerms EdgeOffsets::terms(std::size_t point) const {
   const EdgePoint& edge = data_.edges[point];
   if (edge.dark == 0) return out;
   const auto add_term = [&](std::uint16_t index, double factor) {
-    if (index == kNone) return;
+    if (index == kNoOffset) return;
     out.index[out.count] = index;
     out.factor[out.count++] = factor;
   };
@@ -186,13 +186,13 @@ void EdgeOffsets::estimate_size(std::size_t which, bool on, double beforehand_px
   };
   for (std::size_t line = 0; line < data_.model.size(); ++line) {
     const std::uint16_t i = offset_of(line);
-    if (i == kNone) continue;
+    if (i == kNoOffset) continue;
     lines += 1;
     squares += workspace_.value[i] * workspace_.value[i] + prior_weight * inverse_entry(i);
   }
   const double size = std::sqrt(squares / lines);
   for (std::size_t line = 0; line < data_.model.size(); ++line) {
-    if (offset_of(line) != kNone) workspace_.sigma[offset_of(line)] = size;
+    if (offset_of(line) != kNoOffset) workspace_.sigma[offset_of(line)] = size;
   }
 }
 
@@ -230,13 +230,13 @@ bool EdgeOffsets::do_add_covariance(const Refiner& refiner, double scale, Mat9* 
 
 void EdgeOffsets::mark_strays(Span<std::uint8_t> marks) const {
   for (std::size_t line = 0; line < data_.model.size(); ++line) {
-    if (workspace_.slot[slot_of(line, kHalfWidth, false)] == kNone) lecalib::mark_strays(data_, line, marks);
+    if (workspace_.slot[slot_of(line, kHalfWidth, false)] == kNoOffset) lecalib::mark_strays(data_, line, marks);
   }
 }
 
 double EdgeOffsets::sigmas_off(std::size_t line, bool on) const {
   const std::uint16_t i = workspace_.slot[slot_of(line, kOffset, on)];
-  return i == kNone ? 0.0 : std::abs(workspace_.value[i]) / workspace_.sigma[i];
+  return i == kNoOffset ? 0.0 : std::abs(workspace_.value[i]) / workspace_.sigma[i];
 }
 
 bool EdgeOffsets::mark_wrong_lines(Span<std::uint8_t> marks) {

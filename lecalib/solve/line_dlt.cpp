@@ -6,6 +6,7 @@
 
 #include "lecalib/math/dlt_system.hpp"
 #include "lecalib/math/jacobi_eigen.hpp"
+#include "lecalib/math/line_projection.hpp"
 #include "lecalib/math/so3.hpp"
 
 namespace lecalib {
@@ -16,34 +17,32 @@ namespace {
 constexpr double kMaxPlanarThickness = 0.02;
 constexpr double kMaxCollinearWidth = 1e-3;
 
-Vec3 start_of(const ModelLine& line) { return {line.p[0], line.p[1], line.p[2]}; }
-Vec3 end_of(const ModelLine& line) { return {line.q[0], line.q[1], line.q[2]}; }
 Vec2 start_of(const ViewLine& line) { return {line.image_p[0], line.image_p[1]}; }
 Vec2 end_of(const ViewLine& line) { return {line.image_q[0], line.image_q[1]}; }
 
 /// Where the model's lines are used, as multiples of their own spread. A line has no ends: one whose end points lie far
 /// beyond all others would set the scale of the whole system and drown them.
-constexpr double kReach = 3.0;
+constexpr double kReachSpreads = 3.0;
 constexpr int kMaxReachPasses = 40;
 constexpr double kSettledSpread = 0.9;
 
 /// Least share of the part inside that must lie between a line's own ends for these to be kept.
-constexpr double kMinKept = 0.05;
+constexpr double kMinInside = 0.05;
 
 /// A ball that holds what the lines are used for.
-struct Reach {
+struct ModelReach {
   Vec3 centre = Vec3::Zero();
   double radius = 0.0;  // 0: unbounded
 };
 
-bool is_inside(const ModelLine& line, const Reach& reach) {
+bool is_inside(const ModelLine& line, const ModelReach& reach) {
   const double radius2 = reach.radius * reach.radius;
   return (start_of(line) - reach.centre).squaredNorm() <= radius2 &&
          (end_of(line) - reach.centre).squaredNorm() <= radius2;
 }
 
 /// Two points of a model line inside a ball, or the nearest to it.
-ModelLine within(const ModelLine& line, const Reach& reach) {
+ModelLine within(const ModelLine& line, const ModelReach& reach) {
   if (!(reach.radius > 0.0) || is_inside(line, reach)) return line;
   const Vec3 p = start_of(line);
   const Vec3 d = end_of(line) - p;
@@ -53,9 +52,9 @@ ModelLine within(const ModelLine& line, const Reach& reach) {
   if (foot - half <= 0.0 && foot + half >= 1.0) return line;
   double low = std::max(foot - half, 0.0);
   double high = std::min(foot + half, 1.0);
-  if (!(high - low > kMinKept * 2.0 * half)) {  // its ends lie outside: the part inside serves as well
-    low = foot - std::max(half, kMinKept * reach.radius / d.norm());
-    high = foot + std::max(half, kMinKept * reach.radius / d.norm());
+  if (!(high - low > kMinInside * 2.0 * half)) {  // its ends lie outside: the part inside serves as well
+    low = foot - std::max(half, kMinInside * reach.radius / d.norm());
+    high = foot + std::max(half, kMinInside * reach.radius / d.norm());
   }
   const Vec3 a = p + low * d;
   const Vec3 b = p + high * d;
@@ -63,8 +62,8 @@ ModelLine within(const ModelLine& line, const Reach& reach) {
 }
 
 /// Shrinks a ball about all lines until it no longer hangs on a few far ends. Unbounded where it holds them all.
-Reach find_reach(Span<const ModelLine> model, Span<const ViewLine> lines) {
-  Reach reach;
+ModelReach find_reach(Span<const ModelLine> model, Span<const ViewLine> lines) {
+  ModelReach reach;
   double previous = 0.0;
   for (int pass = 0; pass < kMaxReachPasses; ++pass) {
     Vec3 sum = Vec3::Zero();
@@ -79,7 +78,7 @@ Reach find_reach(Span<const ModelLine> model, Span<const ViewLine> lines) {
     if (pass > 0 && !(spread < kSettledSpread * previous)) break;
     previous = spread;
     reach.centre += sum / n;
-    reach.radius = kReach * spread;
+    reach.radius = kReachSpreads * spread;
   }
   const auto inside = [&](const ViewLine& line) { return is_inside(model[line.model_line], reach); };
   if (std::all_of(lines.begin(), lines.end(), inside)) reach.radius = 0.0;
@@ -92,7 +91,7 @@ bool solve_dlt(Span<const ModelLine> model, Span<const ViewLine> lines, Position
                Eigen::Matrix<double, 3, D + 1>* M) {
   Normaliser<D> space;
   Normaliser<2> image;
-  const Reach reach = find_reach(model, lines);
+  const ModelReach reach = find_reach(model, lines);
   for (const ViewLine& line : lines) {
     const ModelLine truth = within(model[line.model_line], reach);
     space.add_to_centre(position(start_of(truth)));
@@ -137,7 +136,7 @@ bool make_proper(const Mat34& M, Mat34* out) {
 ModelFrame find_model_frame(Span<const ModelLine> model, Span<const ViewLine> lines) {
   ModelFrame frame{ModelShape::collinear, Mat3::Identity(), Vec3::Zero()};
   if (lines.empty()) return frame;
-  const Reach reach = find_reach(model, lines);
+  const ModelReach reach = find_reach(model, lines);
   for (const ViewLine& line : lines) {
     const ModelLine part = within(model[line.model_line], reach);
     frame.origin += start_of(part) + end_of(part);

@@ -78,7 +78,7 @@ Pose moved(const Pose& from, const Vec3& centre, const Mat3& turn, const Vec3& t
   return make_pose(R, to - R * centre);
 }
 
-struct Candidate {
+struct ViewCandidate {
   ViewMove move;
   Vec3 turn_deg;
   double distance;
@@ -86,7 +86,7 @@ struct Candidate {
 };
 
 constexpr std::size_t kNumCandidates = 12;
-void list_candidates(Candidate (&out)[kNumCandidates]) {
+void list_candidates(ViewCandidate (&out)[kNumCandidates]) {
   const Vec3 none = Vec3::Zero();
   const Vec2 here = Vec2::Zero();
   out[0] = {ViewMove::stay, none, 1.0, here};
@@ -103,7 +103,7 @@ void list_candidates(Candidate (&out)[kNumCandidates]) {
   out[11] = {ViewMove::bottom, none, 1.0, Vec2(0, kShift)};
 }
 
-Pose pose_of(const Candidate& candidate, const Camera& camera, const Pose& from, const Vec3& centre) {
+Pose pose_of(const ViewCandidate& candidate, const Camera& camera, const Pose& from, const Vec3& centre) {
   Vec3 at = candidate.distance * (rotation_of(from) * centre + translation_of(from));
   if (candidate.towards.x() != 0.0) at.x() = at.z() * candidate.towards.x() * 0.5 * camera.width / camera.fx;
   if (candidate.towards.y() != 0.0) at.y() = at.z() * candidate.towards.y() * 0.5 * camera.height / camera.fy;
@@ -140,10 +140,10 @@ bool forecast_moves(const Camera& camera, Span<const ModelLine> model, const Mat
   MoveForecast forecast;
   const double sigma = std::sqrt(factor.solve(unit)(k));
   std::fill(forecast.sigma, forecast.sigma + kNumViewMoves, sigma);
-  Candidate candidates[kNumCandidates];
+  ViewCandidate candidates[kNumCandidates];
   list_candidates(candidates);
   const Vec3 centre = centre_of(model);
-  for (const Candidate& candidate : candidates) {
+  for (const ViewCandidate& candidate : candidates) {
     Mat9 added = Mat9::Zero();
     (void)add_view_information(camera, model, pose_of(candidate, camera, from, centre),
                                kPointSigmaPx / std::sqrt(kViews), &added);

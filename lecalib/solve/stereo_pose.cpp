@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "lecalib/math/eigen.hpp"
+#include "lecalib/math/line_projection.hpp"
 #include "lecalib/math/so3.hpp"
 
 namespace lecalib {
@@ -21,10 +22,7 @@ constexpr std::size_t kMaxProposals = 16;
 constexpr double kPerTurn = 0.01;
 
 /// Of the pairs, at least.
-constexpr double kMinShare = 2.0 / 3.0;
-
-Vec3 begin_of(const ModelLine& line) { return Eigen::Map<const Vec3>(line.p); }
-Vec3 end_of(const ModelLine& line) { return Eigen::Map<const Vec3>(line.q); }
+constexpr double kMinAgreeing = 2.0 / 3.0;
 
 /// Columns: along b - a, across it in the plane of the three points, and normal to it.
 Mat3 frame_of(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -37,10 +35,10 @@ Mat3 frame_of(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 bool maps_onto(const Mat3& R, const Vec3& t, Span<const ModelLine> model, double reach_m) {
   for (const ModelLine& line : model) {
-    const Vec3 p = R * begin_of(line) + t;
+    const Vec3 p = R * start_of(line) + t;
     const Vec3 q = R * end_of(line) + t;
     const bool found = std::any_of(model.begin(), model.end(), [&](const ModelLine& other) {
-      const Vec3 a = begin_of(other);
+      const Vec3 a = start_of(other);
       const Vec3 b = end_of(other);
       return ((p - a).norm() <= reach_m && (q - b).norm() <= reach_m) ||
              ((p - b).norm() <= reach_m && (q - a).norm() <= reach_m);
@@ -97,7 +95,7 @@ bool agree(const Pose& T_right_left, Span<const Pose> symmetries, const StereoPo
     pair.agrees = least_disagreement(T_right_left, pair, symmetries, nullptr) <= limit;
     agreeing += pair.agrees ? 1 : 0;
   }
-  return agreeing >= kMinShare * static_cast<double>(pairs.size());
+  return agreeing >= kMinAgreeing * static_cast<double>(pairs.size());
 }
 
 }  // namespace
@@ -108,12 +106,12 @@ std::size_t find_symmetries(Span<const ModelLine> model, Span<Pose> out) {
   out[count++] = Pose();
   if (model.empty()) return count;
   // Three points of the model, as far from one line as any, and where else they may lie.
-  const Vec3 a = begin_of(model[0]);
+  const Vec3 a = start_of(model[0]);
   const Vec3 b = end_of(model[0]);
   Vec3 c = a;
   double size = 0;
   for (const ModelLine& line : model) {
-    for (const Vec3& p : {begin_of(line), end_of(line)}) {
+    for (const Vec3& p : {start_of(line), end_of(line)}) {
       if ((b - a).cross(p - a).norm() > (b - a).cross(c - a).norm()) c = p;
       size = std::max(size, (p - a).norm());
     }
@@ -134,11 +132,11 @@ std::size_t find_symmetries(Span<const ModelLine> model, Span<Pose> out) {
     if (count < out.size() && maps_onto(R, t, model, reach)) out[count++] = make_pose(R, t);
   };
   for (const ModelLine& first : model) {
-    if (std::abs((end_of(first) - begin_of(first)).norm() - (b - a).norm()) > reach) continue;
+    if (std::abs((end_of(first) - start_of(first)).norm() - (b - a).norm()) > reach) continue;
     for (const ModelLine& second : model) {
-      for (const Vec3& at_c : {begin_of(second), end_of(second)}) {
-        offer(begin_of(first), end_of(first), at_c);
-        offer(end_of(first), begin_of(first), at_c);
+      for (const Vec3& at_c : {start_of(second), end_of(second)}) {
+        offer(start_of(first), end_of(first), at_c);
+        offer(end_of(first), start_of(first), at_c);
       }
     }
   }
