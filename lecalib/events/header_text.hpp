@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Small tools for the text of headers.
+/// Small tools for text: that of headers, and events in words.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +10,9 @@
 namespace lecalib::header_text {
 
 using Text = Span<const char>;
+
+/// What may stand between the words of a line.
+constexpr bool is_blank(int character) noexcept { return character == ' ' || character == '\t' || character == '\r'; }
 
 /// How many characters of `text` and the zero-terminated `other` are the same, from the front.
 inline std::size_t common_length(Text text, const char* other) noexcept {

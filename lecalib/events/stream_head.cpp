@@ -6,6 +6,7 @@
 namespace lecalib {
 namespace {
 
+using header_text::is_blank;
 using header_text::is_front_of;
 using header_text::starts_with;
 using header_text::Text;
@@ -38,10 +39,6 @@ constexpr Magic kMagics[] = {
 
 constexpr bool is_text(std::uint8_t byte) noexcept {
   return (byte >= 0x20 && byte < 0x7F) || byte == '\t' || byte == '\r' || byte == '\n';
-}
-
-constexpr bool is_blank(char character) noexcept {
-  return character == ' ' || character == '\t' || character == '\r' || character == '\n';
 }
 
 }  // namespace
@@ -143,7 +140,8 @@ void StreamHead::check_header_line(bool is_held, std::uint8_t byte) noexcept {
 
 void StreamHead::parse_header_line() noexcept {
   Text line(reinterpret_cast<const char*>(line_), line_size_);
-  while (!line.empty() && is_blank(line[line.size() - 1])) line = line.first(line.size() - 1);
+  const auto ends_blank = [&line] { return is_blank(line[line.size() - 1]) || line[line.size() - 1] == '\n'; };
+  while (!line.empty() && ends_blank()) line = line.first(line.size() - 1);
   part_ == Part::aedat2_lines ? take_aedat2_line(line, &facts_) : take_prophesee_line(line, &facts_);
   line_size_ = 0;
   if (facts_.has_ended) end_lines();

@@ -4,8 +4,12 @@
 
 #include <limits>
 
+#include "lecalib/events/header_text.hpp"
+
 namespace lecalib {
 namespace {
+
+using header_text::is_blank;
 
 constexpr std::int64_t kMaxInt64 = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kMaxUint16 = std::numeric_limits<std::uint16_t>::max();
@@ -16,7 +20,6 @@ constexpr const char* kExpected[] = {"a time in seconds or microseconds", "x, an
                                      "y, an integer from 0 to 65535", "polarity 0, 1 or -1", "the end of the row"};
 
 constexpr bool is_digit(std::uint8_t byte) noexcept { return byte >= '0' && byte <= '9'; }
-constexpr bool is_blank(std::uint8_t byte) noexcept { return byte == ' ' || byte == '\t' || byte == '\r'; }
 constexpr bool is_letter(std::uint8_t byte) noexcept {
   return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z');
 }

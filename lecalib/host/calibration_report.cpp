@@ -6,6 +6,7 @@
 
 #include "lecalib/host/text.hpp"
 #include "lecalib/math/so3.hpp"
+#include "lecalib/math/trigonometry.hpp"
 
 namespace lecalib::host {
 namespace {
@@ -48,11 +49,11 @@ std::string value_text(double value, double sigma) {
 }
 
 std::string stereo_text(const StereoReport& stereo) {
-  constexpr double kDegrees = 57.29577951308232;
   constexpr double kMillimetres = 1e3;
   const Vec3 turn = so3_log(rotation_of(stereo.T_right_left));
   std::string text = "from left to right: x_right = R x_left + T\n  R as a vector, degrees:";
-  for (std::size_t i = 0; i < 3; ++i) text += "  " + value_text(kDegrees * turn.data()[i], kDegrees * stereo.sigma[i]);
+  for (std::size_t i = 0; i < 3; ++i)
+    text += "  " + value_text(rad_to_deg(turn.data()[i]), rad_to_deg(stereo.sigma[i]));
   text += "\n  T, mm:";
   for (std::size_t i = 0; i < 3; ++i) {
     text += "  " + value_text(kMillimetres * stereo.T_right_left.t[i], kMillimetres * stereo.sigma[3 + i]);

@@ -23,7 +23,7 @@ TrialErrors errors_of(const Camera& camera, const Pose& T_cam_world, const Trial
   TrialErrors errors{};
   for (Eigen::Index i = 0; i < 3; ++i) {  // the cosine alone would lose half of the digits of a small angle
     const double angle = arc_tan2(R.col(i).cross(R_true.col(i)).norm(), R.col(i).dot(R_true.col(i)));
-    errors[0] = std::max(errors[0], angle * (180.0 / kPi));
+    errors[0] = std::max(errors[0], rad_to_deg(angle));
   }
   errors[1] = 100.0 * (translation_of(T_cam_world) - t_true).norm() / t_true.norm();
   for (std::size_t i = 0; i < 6; ++i) {

@@ -8,6 +8,7 @@ namespace lecalib {
 inline constexpr double kPi = 3.14159265358979323846;
 
 constexpr double deg_to_rad(double degrees) noexcept { return degrees * (kPi / 180.0); }
+constexpr double rad_to_deg(double radians) noexcept { return radians * (180.0 / kPi); }
 
 /// Sine and cosine of `angle` rad, absolute error below 4e-16 for |angle| <= 1e5 (not a number beyond 1e9).
 void sin_cos(double angle, double* sine, double* cosine) noexcept;

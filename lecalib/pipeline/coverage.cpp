@@ -63,8 +63,6 @@ constexpr ImageSide kImageSides[] = {
     {CoverageHint::fill_bottom, kCoverageRows - kEdgeCells, kEdgeCells, 0, kCoverageColumns},
 };
 
-double degrees(double radians) { return radians * (180.0 / kPi); }
-
 /// Ranges of tilt, roll and distance.
 void measure_poses(const CoverageSolution& solution, Span<const WindowPoses> poses, Coverage* coverage) {
   Vec3 centre = Vec3::Zero();
@@ -89,8 +87,8 @@ void measure_poses(const CoverageSolution& solution, Span<const WindowPoses> pos
   }
   const double sine = std::sqrt(std::max(0.0, 1.0 - least_cosine * least_cosine));
   coverage->matched_windows = static_cast<std::uint32_t>(poses.size());
-  coverage->tilt_deg = static_cast<float>(degrees(arc_tan2(sine, least_cosine)));
-  coverage->roll_deg = static_cast<float>(degrees(most_roll - least_roll));
+  coverage->tilt_deg = static_cast<float>(rad_to_deg(arc_tan2(sine, least_cosine)));
+  coverage->roll_deg = static_cast<float>(rad_to_deg(most_roll - least_roll));
   coverage->distance_min_m = static_cast<float>(nearest);
   coverage->distance_max_m = static_cast<float>(farthest);
 }

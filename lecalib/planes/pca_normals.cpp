@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lecalib/math/trigonometry.hpp"
 #include "lecalib/planes/plane_moments.hpp"
 
 namespace lecalib {
@@ -53,9 +54,9 @@ std::size_t fit_surface(const EventCloud& cloud, const Point3& origin, Span<cons
 
 /// Noise events expected in the slab about a surface, in a neighbourhood's ball.
 float expected_noise(const EventCloud& cloud, bool on, const Neighbourhood& neighbourhood) {
-  constexpr float kPi = 3.14159265F;
   const float per_px3 = cloud.noise_floor[on ? 1 : 0] / (cloud.depth_px * static_cast<float>(neighbourhood.stride));
-  return per_px3 * 2 * kMaxBandPx[kPlaneRounds - 1] * kPi * neighbourhood.radius_px * neighbourhood.radius_px;
+  return per_px3 * 2 * kMaxBandPx[kPlaneRounds - 1] * static_cast<float>(kPi) * neighbourhood.radius_px *
+         neighbourhood.radius_px;
 }
 
 bool is_moving_surface(const PlaneFit& plane, std::size_t support, std::size_t neighbours, float noise,

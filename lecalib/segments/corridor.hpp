@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "lecalib/core/event_cloud.hpp"
+#include "lecalib/segments/event_lanes.hpp"
 #include "lecalib/segments/moving_line.hpp"
 
 namespace lecalib {
@@ -25,16 +26,6 @@ namespace detail {
 
 /// A pixel covers this much on each side of its coordinates, px.
 inline constexpr float kHalfPixel = 0.5F;
-
-/// Whether vector units compute several events at once.
-#if defined(__SSE__) || defined(__aarch64__)
-inline constexpr bool kSideBySide = true;
-#else
-inline constexpr bool kSideBySide = false;
-#endif
-
-/// Events that are looked at in one go.
-inline constexpr std::size_t kNearBlock = 16;
 
 /// Where a block of events stands to a line.
 class NearBlock {
@@ -59,7 +50,7 @@ class NearBlock {
   void look(const EventCloud& cloud, std::uint32_t first, std::uint32_t end, std::uint32_t stride, Visit& visit) {
     if constexpr (kSideBySide) {
       while (first < end) {
-        const std::size_t count = std::min<std::size_t>((end - first + stride - 1) / stride, kNearBlock);
+        const std::size_t count = std::min<std::size_t>((end - first + stride - 1) / stride, kEventBlock);
         // Which of a cell's events are near is not to be guessed: no branch on it.
         for (std::uint32_t near = find(cloud, first, stride, count); near != 0; near &= near - 1) {
           const auto k = static_cast<std::uint32_t>(__builtin_ctz(near));
@@ -84,7 +75,7 @@ class NearBlock {
   }
 
  private:
-  /// Places events, at most kNearBlock. @return a bit for each that is near
+  /// Places events, at most kEventBlock. @return a bit for each that is near
   std::uint32_t find(const EventCloud& cloud, std::uint32_t first, std::uint32_t stride, std::size_t count) noexcept;
 
   [[nodiscard]] float along(std::uint16_t x, std::uint16_t y) const noexcept {
@@ -100,8 +91,8 @@ class NearBlock {
   float ux_, uy_, along_origin_, across_origin_;
   float offset_, slope_, motion_, turn_, bend_;  // the line's coefficients, by px along it
   float s0_, s1_, band_px_;
-  std::uint16_t x_[kNearBlock] = {}, y_[kNearBlock] = {}, t_[kNearBlock] = {};
-  float along_[kNearBlock], across_[kNearBlock], tau_[kNearBlock], residual_[kNearBlock];
+  std::uint16_t x_[kEventBlock] = {}, y_[kEventBlock] = {}, t_[kEventBlock] = {};
+  float along_[kEventBlock], across_[kEventBlock], tau_[kEventBlock], residual_[kEventBlock];
 };
 
 /// The image area that a line's piece sweeps in the window: a quadrilateral.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "lecalib/segments/event_lanes.hpp"
+
 namespace lecalib {
 namespace {
 
@@ -43,13 +45,6 @@ struct Factor {
 /// Events are summed in four lanes, for vector units. Which event meets which lane does not depend on the target, so
 /// neither do the sums.
 constexpr int kLanes = 4;
-
-/// Whether the lanes run side by side. Without vector units they run one after the other, with their sums in registers.
-#if defined(__SSE__) || defined(__aarch64__)
-constexpr bool kSideBySide = true;
-#else
-constexpr bool kSideBySide = false;
-#endif
 
 /// The events [first, first + kLanes); behind the last one stands the first of the list, as not present.
 struct Block {
@@ -102,7 +97,7 @@ struct LineEquations::Lanes {
   /// Calls add(s_px, t, d, present, sums of the event's lane) for the events, and for some that are not present (0).
   template <class Add>
   void visit(const ListedEvents& events, Add add) {
-    if constexpr (kSideBySide) {
+    if constexpr (detail::kSideBySide) {
       for (std::size_t first = 0; first < events.count; first += kLanes) {
         const Block block(events, first);
         for (int lane = 0; lane < kLanes; ++lane) {
@@ -141,7 +136,7 @@ WeightedSupport LineEquations::add_near(const ListedEvents& events, const Moving
   lanes.visit(events, [&](float s_px, float t, float d, [[maybe_unused]] float present, auto&& sums) {
     const float r = (d - line.offset(s_px, t)) * per_band;
     const float r2 = r * r;
-    if constexpr (kSideBySide) {
+    if constexpr (detail::kSideBySide) {
       const float weight = std::max(1 - r2, 0.0F) * present;
       add_monomials(s_px, t, d, weight, sums);
       sums[Lanes::kSquare] += weight * r2;

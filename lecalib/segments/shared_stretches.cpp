@@ -88,9 +88,6 @@ bool SharedStretches::any_holds(const MovingLine& line, float s_px, float tau) c
 
 std::uint32_t SharedStretches::hold_each(const MovingLine& line, const float* s_px, const float* tau,
                                          std::size_t count) const noexcept {
-  static_assert(kBlock == 16, "as many bits");
-  constexpr std::uint32_t kBits[kBlock] = {0x1,   0x2,   0x4,   0x8,   0x10,   0x20,   0x40,   0x80,
-                                           0x100, 0x200, 0x400, 0x800, 0x1000, 0x2000, 0x4000, 0x8000};
   float x[kBlock] = {};
   float y[kBlock] = {};
   float at[2][kBlock] = {};
@@ -114,7 +111,7 @@ std::uint32_t SharedStretches::hold_each(const MovingLine& line, const float* s_
       const float distance = std::fabs(other.across(x[k], y[k]) - other.offset(s, at[1][k]));
       const bool is_held = static_cast<unsigned>(distance < reach) & static_cast<unsigned>(low - s < kBeyondEndsPx) &
                            static_cast<unsigned>(s - high < kBeyondEndsPx);
-      held |= is_held ? kBits[k] : 0;
+      held |= is_held ? detail::kEventBits[k] : 0;
     }
   }
   return held & ((1U << count) - 1);

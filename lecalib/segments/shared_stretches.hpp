@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "lecalib/core/span.hpp"
+#include "lecalib/segments/event_lanes.hpp"
 #include "lecalib/segments/line_equations.hpp"
 #include "lecalib/segments/line_workspace.hpp"
 #include "lecalib/segments/moving_line.hpp"
@@ -53,7 +54,7 @@ class SharedStretches {
   /// The same for several places at once. @param count  up to kBlock @return a bit for each place that lies in one
   [[nodiscard]] std::uint32_t hold_each(const MovingLine& line, const float* s_px, const float* tau,
                                         std::size_t count) const noexcept;
-  static constexpr std::size_t kBlock = 16;
+  static constexpr std::size_t kBlock = detail::kEventBlock;
 
   /// How much of the line they hold, 0 to 1.
   [[nodiscard]] float share_of(const MovingLine& line) const noexcept;
