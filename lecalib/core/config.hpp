@@ -2,6 +2,12 @@
 /// The only reader of build-wide LECALIB_* macros.
 #pragma once
 
+// Vectors of two doubles, bits, atomic words and what is inlined are told to the compiler as GCC and Clang have it, and
+// so is that products and sums are not contracted, without which bits would differ.
+#ifndef __GNUC__
+#error "lecalib needs GCC or Clang"
+#endif
+
 namespace lecalib {
 
 /// Called when a programmer's error is found (never because of input data). Must not return.
