@@ -12,11 +12,50 @@
 extern "C" {
 #endif
 
-/* The values of lecalib::Status; those from 10 on are errors. */
+/* The values of lecalib::Status, which says what each means; those from LECALIB_FIRST_ERROR on are errors. */
 typedef uint8_t lecalib_status;
-enum { LECALIB_OK = 0, LECALIB_IN_PROGRESS = 1, LECALIB_NEED_MORE_DATA = 2, LECALIB_FIRST_ERROR = 10 };
+enum {
+  LECALIB_OK = 0,
+  LECALIB_IN_PROGRESS = 1,
+  LECALIB_NEED_MORE_DATA = 2,
+  LECALIB_FIRST_ERROR = 10,
+  LECALIB_INVALID_ARGUMENT = 10,
+  LECALIB_CAPACITY_EXCEEDED = 11,
+  LECALIB_WRONG_STATE = 12,
+  LECALIB_BUFFER_TOO_SMALL = 13,
+  LECALIB_MALFORMED_INPUT = 20,
+  LECALIB_UNSUPPORTED_FORMAT = 21,
+  LECALIB_TOO_FEW_LINES = 30,
+  LECALIB_DEGENERATE_GEOMETRY = 31,
+  LECALIB_NO_MATCH = 32,
+  LECALIB_NOT_CONVERGED = 33,
+  LECALIB_IMPLAUSIBLE_RESULT = 34,
+  LECALIB_UNDETERMINED = 35,
+  LECALIB_NUMERICAL_FAILURE = 36,
+  LECALIB_IO_ERROR = 40
+};
 /* A status' name, e.g. "too_few_lines". Never null. */
 const char* lecalib_status_name(lecalib_status status);
+
+/* One thing to do next; the values of lecalib::CoverageHint. */
+typedef uint8_t lecalib_coverage_hint;
+enum {
+  LECALIB_HINT_NONE = 0,
+  LECALIB_HINT_SHOW_OBJECT = 1,
+  LECALIB_HINT_MOVE = 2,
+  LECALIB_HINT_FILL_LEFT = 3,
+  LECALIB_HINT_FILL_RIGHT = 4,
+  LECALIB_HINT_FILL_TOP = 5,
+  LECALIB_HINT_FILL_BOTTOM = 6,
+  LECALIB_HINT_TILT = 7,
+  LECALIB_HINT_ROLL = 8,
+  LECALIB_HINT_COME_CLOSER = 9,
+  LECALIB_HINT_MOVE_AWAY = 10,
+  LECALIB_HINT_MORE_CONTRAST = 11,
+  LECALIB_HINT_ENOUGH = 12
+};
+/* A hint's name, e.g. "fill_left". Never null. */
+const char* lecalib_hint_name(lecalib_coverage_hint hint);
 
 typedef struct {
   int64_t t_us;
@@ -66,6 +105,13 @@ lecalib_status lecalib_finish(lecalib_calibrator* calibrator);
    Returns LECALIB_IN_PROGRESS (call it again), LECALIB_NEED_MORE_DATA (push or finish), LECALIB_OK (there is a camera),
    or why there is none. */
 lecalib_status lecalib_step(lecalib_calibrator* calibrator);
+
+/* 0 to 1, never 1 before success. It stays at 0 while events are collected. */
+float lecalib_progress(const lecalib_calibrator* calibrator);
+
+/* What would help most now, at any time: see MonoCalibrator::coverage(). Takes some thousand line projections once the
+   object is found. */
+lecalib_coverage_hint lecalib_hint(const lecalib_calibrator* calibrator);
 
 /* Returns LECALIB_OK, or what the last lecalib_step() said; *out is then the refused camera, where there is one. */
 lecalib_status lecalib_result(const lecalib_calibrator* calibrator, lecalib_camera* out);

@@ -97,16 +97,22 @@ TEST_CASE("c interface: too little memory and calls out of turn are told by thei
   for (const std::size_t too_few : {std::size_t{16}, bytes - 1}) {
     const lecalib_status status =
         lecalib_init(memory.data(), too_few, &kCapacities, kBox, std::size(kBox), &calibrator);
-    CHECK(lecalib_status_name(status) == std::string("buffer_too_small"));
+    CHECK(status == LECALIB_BUFFER_TOO_SMALL);
     CHECK(calibrator == nullptr);
   }
   char* const odd = reinterpret_cast<char*>(memory.data()) + 1;
-  CHECK(lecalib_status_name(lecalib_init(odd, bytes - 1, &kCapacities, kBox, std::size(kBox), &calibrator)) ==
-        std::string("buffer_too_small"));
+  CHECK(lecalib_init(odd, bytes - 1, &kCapacities, kBox, std::size(kBox), &calibrator) == LECALIB_BUFFER_TOO_SMALL);
   REQUIRE(lecalib_init(memory.data(), bytes, &kCapacities, kBox, std::size(kBox), &calibrator) == LECALIB_OK);
   CHECK(lecalib_step(calibrator) == LECALIB_NEED_MORE_DATA);
   lecalib_camera camera{};
-  CHECK(lecalib_status_name(lecalib_result(calibrator, &camera)) == std::string("wrong_state"));
+  CHECK(lecalib_result(calibrator, &camera) == LECALIB_WRONG_STATE);
+  CHECK(lecalib_progress(calibrator) == 0);
+  CHECK(lecalib_hint(calibrator) == LECALIB_HINT_SHOW_OBJECT);
   CHECK(lecalib_finish(calibrator) == LECALIB_OK);
-  CHECK(lecalib_status_name(lecalib_step(calibrator)) == std::string("too_few_lines"));
+  CHECK(lecalib_step(calibrator) == LECALIB_TOO_FEW_LINES);
+}
+
+TEST_CASE("c interface: statuses and hints have the names that they have in C++") {
+  CHECK(lecalib_status_name(LECALIB_TOO_FEW_LINES) == std::string(to_string(Status::too_few_lines)));
+  CHECK(lecalib_hint_name(LECALIB_HINT_FILL_LEFT) == std::string(to_string(CoverageHint::fill_left)));
 }
