@@ -270,28 +270,24 @@ void MonoSolver::summarise_views(CalibrationResult* result) {
 
 /// Residuals by line of one view. @return how many lines there are
 std::size_t MonoSolver::summarise_lines(const View& view, Span<ViewLineResult> out) {
-  const Span<LineMoments> sums = workspace_.guess.moments;  // of the points in use; low, high and xy of those left out
-  for (LineMoments& sum : sums) sum = {};
+  const Span<LineSums> sums = workspace_.guess.moments;
+  for (LineSums& sum : sums) sum.distances = {};
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {
-    LineMoments& sum = sums[data_.points[i].line];
+    LineDistances& line = sums[data_.points[i].line].distances;
     const double distance_px = static_cast<double>(workspace_.residuals[i]) * data_.points[i].sigma_px;
     const bool counts = !is_left_out(data_, i);
-    (counts ? sum.x : sum.low) += distance_px;
-    (counts ? sum.xx : sum.high) += distance_px * distance_px;
-    if (counts) {
-      ++sum.count;
-    } else {
-      sum.xy += 1.0;
-    }
+    (counts ? line.sum : line.left_out_sum) += distance_px;
+    (counts ? line.squares : line.left_out_squares) += distance_px * distance_px;
+    ++(counts ? line.count : line.left_out_count);
   }
   std::size_t lines = 0;
   for (std::size_t l = 0; l < sums.size(); ++l) {
-    const LineMoments& sum = sums[l];
-    const bool left_out = sum.count == 0;
-    const double count = left_out ? sum.xy : sum.count;
-    if (!(count > 0.0)) continue;
-    out[lines++] = {static_cast<std::uint32_t>(count), static_cast<float>((left_out ? sum.low : sum.x) / count),
-                    static_cast<float>(std::sqrt((left_out ? sum.high : sum.xx) / count)),
+    const LineDistances& line = sums[l].distances;
+    const bool left_out = line.count == 0;
+    const std::uint32_t count = left_out ? line.left_out_count : line.count;
+    if (count == 0) continue;
+    out[lines++] = {count, static_cast<float>((left_out ? line.left_out_sum : line.sum) / count),
+                    static_cast<float>(std::sqrt((left_out ? line.left_out_squares : line.squares) / count)),
                     static_cast<std::uint16_t>(l), left_out};
   }
   return lines;

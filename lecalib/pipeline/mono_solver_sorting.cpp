@@ -46,26 +46,26 @@ double MonoSolver::least_spread() const { return has_edges() ? kLeastEdgeSpread 
 /// Turns the standardised residuals of a view into shares of what is allowed: each point's own, or its line's.
 void MonoSolver::judge_view(const ReducedSystem& system, std::size_t index, double spread, Span<float> sizes) {
   const View& view = data_.views[index];
-  const Span<LineMoments> moments = workspace_.guess.moments;
+  const Span<LineSums> sums = workspace_.guess.moments;
   const double limit = (has_edges() ? kRightEdgeSpreads : kRightSpreads) *
                        (options_.covariance.trust_sigma ? std::max(spread, least_spread()) : spread);
-  for (LineMoments& m : moments) m = {};  // low, high: wrong points, of those in use and of all
+  for (LineSums& sum : sums) sum.judgement = {};
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {
     sizes[i] = static_cast<float>(std::abs(static_cast<double>(sizes[i])) / limit);
-    const double wrong = sizes[i] > 1.0F ? 1.0 : 0.0;
-    LineMoments& m = moments[data_.points[i].line];
-    m.high += wrong;
+    const std::uint32_t wrong = sizes[i] > 1.0F ? 1 : 0;
+    LineJudgement& line = sums[data_.points[i].line].judgement;
+    line.wrong_of_all += wrong;
     if (workspace_.left_out[i] != 0) continue;
-    ++m.count;
-    m.low += wrong;
+    ++line.count;
+    line.wrong += wrong;
   }
   for (std::size_t l = 0; l < data_.model.size(); ++l) {
     // Where a point is wrong by itself, its line is judged without it, once that is out.
-    LineMoments& m = moments[l];
-    if ((m.count > 0 ? m.low : m.high) == 0.0) m.x = line_size(system, index, l, spread);
+    LineJudgement& line = sums[l].judgement;
+    if ((line.count > 0 ? line.wrong : line.wrong_of_all) == 0) line.size = line_size(system, index, l, spread);
   }
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {
-    sizes[i] = std::max(sizes[i], static_cast<float>(moments[data_.points[i].line].x));
+    sizes[i] = std::max(sizes[i], static_cast<float>(sums[data_.points[i].line].judgement.size));
   }
 }
 
@@ -87,7 +87,7 @@ double MonoSolver::line_size(const ReducedSystem& system, std::size_t view, std:
 
 bool MonoSolver::sort_view(std::size_t index, Span<const float> sizes) {
   const View& view = data_.views[index];
-  const Span<LineMoments> moments = workspace_.guess.moments;
+  const Span<LineSums> sums = workspace_.guess.moments;
   // The worst ones spoil what the others leave, so they go first.
   double worst = 0.0;
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {
@@ -97,21 +97,21 @@ bool MonoSolver::sort_view(std::size_t index, Span<const float> sizes) {
     const auto size = static_cast<double>(sizes[i]);
     return size > 1.0 && (workspace_.left_out[i] != 0 || size > kShareOfWorst * worst);
   };
-  for (LineMoments& m : moments) m = {};
+  for (LineSums& sum : sums) sum.judgement = {};
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {
-    LineMoments& m = moments[data_.points[i].line];
-    ++m.count;
-    if (is_wrong(i)) m.x += 1.0;
+    LineJudgement& line = sums[data_.points[i].line].judgement;
+    ++line.count;
+    if (is_wrong(i)) ++line.wrong;
   }
   bool changed = false;
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {
-    const LineMoments& m = moments[data_.points[i].line];
+    const LineJudgement& line = sums[data_.points[i].line].judgement;
     const bool wrong_edge = has_edges() && workspace_.wrong_edges[i] != 0;
-    const std::uint8_t wrong = wrong_edge || 2.0 * m.x >= m.count || is_wrong(i) ? 1 : 0;
+    const std::uint8_t wrong = wrong_edge || 2 * line.wrong >= line.count || is_wrong(i) ? 1 : 0;
     changed = changed || wrong != workspace_.left_out[i];
     workspace_.left_out[i] = wrong;
   }
-  if (count_lines(data_, view, moments) < kMinPosedLines) workspace_.guess.views[index].used = false;
+  if (count_lines(data_, view, sums) < kMinPosedLines) workspace_.guess.views[index].used = false;
   return changed;
 }
 

@@ -331,14 +331,14 @@ ViewGeometry InitialGuess::geometry() const {
   return orientations.geometry();
 }
 
-ViewGeometry classify_views(const CalibrationData& data, Span<const RefineView> views, Span<LineMoments> moments,
+ViewGeometry classify_views(const CalibrationData& data, Span<const RefineView> views, Span<LineSums> sums,
                             Span<ViewLine> lines) {
   const Straightening none{centre_x(data), centre_y(data), 1.0, 0.0};
   Orientations orientations;
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (!views[v].used) continue;
     std::size_t count = 0;
-    fit_view_lines(data, data.views[v], none, moments, lines, &count);
+    fit_view_lines(data, data.views[v], none, sums, lines, &count);
     const ModelFrame frame = find_model_frame(data.model, Span<const ViewLine>(lines).first(count));
     if (frame.shape == ModelShape::non_planar) return ViewGeometry::spatial;
     orientations.add(rotation_of(views[v].pose) * frame.axes.row(2).transpose());

@@ -51,7 +51,7 @@ inline constexpr std::size_t kMaxStartCandidates = 4;
 
 /// Scratch and results of the search, from the caller.
 struct InitialGuessWorkspace {
-  Span<LineMoments> moments;   ///< one per model line
+  Span<LineSums> moments;      ///< one per model line
   Span<ViewLine> lines;        ///< one per model line
   Span<LinearView> linear;     ///< one per view
   Span<double> focal_lengths;  ///< one per view
@@ -119,7 +119,7 @@ class InitialGuess {
 };
 
 /// How much the views used tell about the principal point.
-ViewGeometry classify_views(const CalibrationData& data, Span<const RefineView> views, Span<LineMoments> moments,
+ViewGeometry classify_views(const CalibrationData& data, Span<const RefineView> views, Span<LineSums> sums,
                             Span<ViewLine> lines);
 
 }  // namespace lecalib

@@ -36,15 +36,15 @@ void fit_direction(LineMoments* m) {
 }  // namespace
 
 void fit_view_lines(const CalibrationData& data, const View& view, const Straightening& straightening,
-                    Span<LineMoments> moments, Span<ViewLine> lines, std::size_t* count) {
-  LECALIB_ASSERT(moments.size() >= data.model.size() && lines.size() >= data.model.size());
+                    Span<LineSums> sums, Span<ViewLine> lines, std::size_t* count) {
+  LECALIB_ASSERT(sums.size() >= data.model.size() && lines.size() >= data.model.size());
   const std::size_t end = view.first + view.count;
-  for (LineMoments& m : moments) m = {};
+  for (LineSums& sum : sums) sum.moments = {};
   for (std::size_t i = view.first; i < end; ++i) {
     if (is_left_out(data, i)) continue;
     const LinePoint& point = data.points[i];
     const Vec2 x = straighten(straightening, point);
-    LineMoments& m = moments[point.line];
+    LineMoments& m = sums[point.line].moments;
     ++m.count;
     m.x += x(0);
     m.y += x(1);
@@ -52,13 +52,13 @@ void fit_view_lines(const CalibrationData& data, const View& view, const Straigh
     m.xy += x(0) * x(1);
     m.yy += x(1) * x(1);
   }
-  for (LineMoments& m : moments) {
-    if (m.count >= 2) fit_direction(&m);
+  for (LineSums& sum : sums) {
+    if (sum.moments.count >= 2) fit_direction(&sum.moments);
   }
   for (std::size_t i = view.first; i < end; ++i) {
     if (is_left_out(data, i)) continue;
     const LinePoint& point = data.points[i];
-    LineMoments& m = moments[point.line];
+    LineMoments& m = sums[point.line].moments;
     const Vec2 x = straighten(straightening, point);
     const double along = (x(0) - m.x) * m.direction[0] + (x(1) - m.y) * m.direction[1];
     m.low = std::min(m.low, along);
@@ -66,7 +66,7 @@ void fit_view_lines(const CalibrationData& data, const View& view, const Straigh
   }
   *count = 0;
   for (std::size_t i = 0; i < data.model.size(); ++i) {
-    const LineMoments& m = moments[i];
+    const LineMoments& m = sums[i].moments;
     if (m.count < 2 || !(m.high - m.low > kMinLengthPx)) continue;
     const double x = straightening.centre_x + m.x;
     const double y = straightening.centre_y + m.y;
@@ -76,11 +76,11 @@ void fit_view_lines(const CalibrationData& data, const View& view, const Straigh
   }
 }
 
-std::size_t count_lines(const CalibrationData& data, const View& view, Span<LineMoments> moments) {
-  for (LineMoments& m : moments) m.count = 0;
+std::size_t count_lines(const CalibrationData& data, const View& view, Span<LineSums> sums) {
+  for (LineSums& sum : sums) sum.judgement = {};
   std::size_t lines = 0;
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {
-    if (!is_left_out(data, i) && moments[data.points[i].line].count++ == 0) ++lines;
+    if (!is_left_out(data, i) && sums[data.points[i].line].judgement.count++ == 0) ++lines;
   }
   return lines;
 }

@@ -25,7 +25,7 @@ struct Straightening {
   double mu;                  ///< > 0 barrel, < 0 pincushion, 0 none
 };
 
-/// Running sums of one model line in one view; scratch.
+/// Of the points of one model line in one view.
 struct LineMoments {
   double x, y, xx, xy, yy;
   double direction[2];
@@ -33,14 +33,35 @@ struct LineMoments {
   std::uint32_t count;
 };
 
+/// Distances of a line's points in one view from its image, and their squares, px and px^2.
+struct LineDistances {
+  double sum, squares;
+  double left_out_sum, left_out_squares;  ///< of the points that are left out
+  std::uint32_t count, left_out_count;
+};
+
+/// Which points of a line are wrong in one view.
+struct LineJudgement {
+  double size;  ///< the line's misfit, as a share of what is allowed
+  std::uint32_t count, wrong;
+  std::uint32_t wrong_of_all;  ///< with the points that are left out
+};
+
+/// What is known of one model line in one view, one thing at a time; scratch.
+union LineSums {
+  LineMoments moments;
+  LineDistances distances;
+  LineJudgement judgement;
+};
+
 /// Fits a line (total least squares) to the points of each model line that has two distinct ones.
-/// @param moments scratch, one per model line
+/// @param sums  scratch, one per model line
 /// @param[out] lines  at least one per model line; [0, *count) are written, in the order of the model
 void fit_view_lines(const CalibrationData& data, const View& view, const Straightening& straightening,
-                    Span<LineMoments> moments, Span<ViewLine> lines, std::size_t* count);
+                    Span<LineSums> sums, Span<ViewLine> lines, std::size_t* count);
 
 /// How many model lines have a point in use in the view.
-/// @param moments one per model line; their counts are those of the points in use
-std::size_t count_lines(const CalibrationData& data, const View& view, Span<LineMoments> moments);
+/// @param sums  scratch, one per model line
+std::size_t count_lines(const CalibrationData& data, const View& view, Span<LineSums> sums);
 
 }  // namespace lecalib

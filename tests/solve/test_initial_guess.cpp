@@ -11,7 +11,7 @@ namespace lecalib {
 namespace {
 
 struct Search {
-  std::vector<LineMoments> moments;
+  std::vector<LineSums> moments;
   std::vector<ViewLine> lines;
   std::vector<LinearView> linear;
   std::vector<double> focal_lengths;
@@ -117,7 +117,7 @@ TEST_CASE("views are classified by what they tell about the principal point") {
       views[v].pose = s.poses[v];
       views[v].used = true;
     }
-    std::vector<LineMoments> moments(s.model.size());
+    std::vector<LineSums> moments(s.model.size());
     std::vector<ViewLine> lines(s.model.size());
     return classify_views(s.data(), views, moments, lines);
   };

@@ -25,7 +25,7 @@ struct Search {
     return status;
   }
 
-  std::vector<LineMoments> moments;
+  std::vector<LineSums> moments;
   std::vector<ViewLine> lines, chosen;
   std::vector<std::uint8_t> left_out;
   LineRansac ransac;

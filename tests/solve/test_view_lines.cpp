@@ -18,7 +18,7 @@ struct Fitted {
 Fitted fit(const std::vector<ModelLine>& model, const std::vector<LinePoint>& points, const Straightening& s) {
   const View view{0, 0, static_cast<std::uint32_t>(points.size())};
   const CalibrationData data{640, 480, model, points, {&view, 1}};
-  std::vector<LineMoments> moments(model.size());
+  std::vector<LineSums> moments(model.size());
   Fitted fitted;
   fitted.lines.resize(model.size());
   std::size_t count = 0;
