@@ -195,8 +195,8 @@ void LineMatcher::step_select() {
     prior_.sigma.f_px = hinted ? 0.5 * hints.focal_share * hints.focal_px : kFocalSigma * seed.f_px;
     for (WindowTrack& window : trial_.windows) window.matched = false;
     seed_window_ = seed.window;
-    match_window(scene_, seed_window_, Span<const Pose>(&seed.pose, 1), FitStart::far, nullptr, false,
-                 &workspace_.scratch, &trial_, &stats_.matches_dropped);
+    match_window(scene_, seed_window_, {Span<const Pose>(&seed.pose, 1)}, &workspace_.scratch, &trial_,
+                 &stats_.matches_dropped);
     if (!trial_.windows[seed_window_].matched) return;
     next_ = 1;
     phase_ = Phase::follow;
@@ -213,8 +213,8 @@ void LineMatcher::step_follow() {
     ++next_;
     Pose starts[kMaxPredictions];
     const std::size_t count = predict_poses({scene_.times, trial_.windows}, window, starts);
-    match_window(scene_, window, Span<const Pose>(starts, count), FitStart::far, nullptr, false, &workspace_.scratch,
-                 &trial_, &stats_.matches_dropped);
+    match_window(scene_, window, {Span<const Pose>(starts, count)}, &workspace_.scratch, &trial_,
+                 &stats_.matches_dropped);
     return;
   }
   sum_up(&trial_);
@@ -248,8 +248,9 @@ void LineMatcher::step_settle() {
     } else {
       count = predict_poses(motion, window, starts);
     }
-    match_window(scene_, window, Span<const Pose>(starts, count), was_matched ? FitStart::near : FitStart::far,
-                 has_prior ? &prior : nullptr, true, &workspace_.scratch, &trial_, &stats_.matches_dropped);
+    const WindowStart start{Span<const Pose>(starts, count), was_matched ? FitStart::near : FitStart::far,
+                            has_prior ? &prior : nullptr, true};
+    match_window(scene_, window, start, &workspace_.scratch, &trial_, &stats_.matches_dropped);
     return;
   }
   next_ = 0;

@@ -134,10 +134,9 @@ void add_prior(const LensPrior& prior, const Lens& lens, Mat4* C, Vec4* c) {
 
 }  // namespace
 
-bool refine_pose(Span<const ModelLine> model, double f_px, Span<const FlatLine> lines, Instant instant,
-                 Span<const Assignment> assignments, const PosePrior* prior, const PoseRefinementOptions& options,
+bool refine_pose(const PoseLines& seen, double f_px, const PosePrior* prior, const PoseRefinementOptions& options,
                  Pose* pose, double* rms_px) {
-  const std::size_t k = static_cast<std::size_t>(instant);
+  const std::size_t k = static_cast<std::size_t>(seen.instant);
   Pose refined = *pose;
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
     Mat6 A = Mat6::Zero();
@@ -146,9 +145,9 @@ bool refine_pose(Span<const ModelLine> model, double f_px, Span<const FlatLine> 
     double weights = 0.0;
     const Mat3 R = rotation_of(refined);
     const Vec3 t = translation_of(refined);
-    for (const Assignment& assignment : assignments) {
-      const CameraLine line = line_in_camera(R, t, model[assignment.model_line]);
-      const FlatLine& flat = lines[assignment.line];
+    for (const Assignment& assignment : seen.assignments) {
+      const CameraLine line = line_in_camera(R, t, seen.model[assignment.model_line]);
+      const FlatLine& flat = seen.lines[assignment.line];
       for (std::size_t q = 0; q < kLinePoints; ++q) {
         PointResidual r;
         if (!point_residual(line, f_px, Vec2(flat.x[k][q], flat.y[k][q]), flat.sigma_px, options, &r)) continue;

@@ -27,12 +27,19 @@ struct PosePrior {
   double sigma_depth_m;    ///< along it
 };
 
-/// Moves the pose to where the assigned lines (and the prior) want it, at one instant of the window.
+/// What a pose is refined by: assigned lines at one instant of the window.
+struct PoseLines {
+  Span<const ModelLine> model;
+  Span<const FlatLine> lines;
+  Span<const Assignment> assignments;
+  Instant instant = Instant::middle;
+};
+
+/// Moves the pose to where the assigned lines (and the prior) want it.
 /// @param prior may be null
 /// @param[out] rms_px of the residuals before the last step, robustly weighted; may be null
 /// @return false, *pose unchanged, when the normal equations cannot be solved
-bool refine_pose(Span<const ModelLine> model, double f_px, Span<const FlatLine> lines, Instant instant,
-                 Span<const Assignment> assignments, const PosePrior* prior, const PoseRefinementOptions& options,
+bool refine_pose(const PoseLines& seen, double f_px, const PosePrior* prior, const PoseRefinementOptions& options,
                  Pose* pose, double* rms_px);
 
 /// One window for the refinement of the lens: its lines at its middle.

@@ -44,8 +44,8 @@ bool fit_window(const ModelGraph& model, double f_px, const FlatFrame& frame, Sp
     refinement.iterations = kWindowRounds[round].iterations;
     refinement.sigma_floor_px = 0.5 * options.unit_px;
     refinement.loss_px = 0.5 * assignment.gate_px;
-    if (!refine_pose(model.lines, f_px, lines, Instant::middle, fit.assignments, options.prior, refinement, &fit.pose,
-                     &fit.rms_px)) {
+    const PoseLines seen{model.lines, lines, fit.assignments};
+    if (!refine_pose(seen, f_px, options.prior, refinement, &fit.pose, &fit.rms_px)) {
       return false;
     }
   }

@@ -51,7 +51,8 @@ Span<Assignment> refine_ends(const MatchScene& scene, double f_px, Span<const Fl
     for (const Instant instant : ends) {
       Pose& pose = poses[static_cast<std::size_t>(instant)];
       pose = fit.pose;
-      if (!refine_pose(scene.model.lines, f_px, flat, instant, assignments, nullptr, options, &pose, nullptr)) {
+      const PoseLines seen{scene.model.lines, flat, assignments, instant};
+      if (!refine_pose(seen, f_px, nullptr, options, &pose, nullptr)) {
         pose = fit.pose;
       }
     }
@@ -108,24 +109,23 @@ FlatFrame frame_of(const MatchScene& scene, const Optics& optics) {
   return optics.camera != nullptr ? flat_frame(*optics.camera) : flat_frame(optics.lens, scene.width, scene.height);
 }
 
-void match_window(const MatchScene& scene, std::size_t window, Span<const Pose> starts, FitStart from,
-                  const PosePrior* prior, bool use_contrast, MatchScratch* scratch, LineTrack* track,
-                  std::uint32_t* dropped) {
+void match_window(const MatchScene& scene, std::size_t window, const WindowStart& start, MatchScratch* scratch,
+                  LineTrack* track, std::uint32_t* dropped) {
   const Span<const FlatLine> flat = flatten_window(scene, track->optics, window, scratch);
   const FlatFrame frame = frame_of(scene, track->optics);
   const double f_px = track->optics.f_px();
   WindowTrack result{};
   WindowFitOptions options;
   options.unit_px = scene.unit_px;
-  options.start = from;
-  options.prior = prior;
-  if (use_contrast) {
+  options.start = start.from;
+  options.prior = start.prior;
+  if (start.use_contrast) {
     options.contrast = scratch->contrast.first(scene.model.lines.size());
     options.line_contrast = line_contrasts(scene, window, scratch->line_contrast);
   }
-  for (const Pose& start : starts) {
+  for (const Pose& pose : start.poses) {
     WindowFit fit;
-    if (!fit_window(scene.model, f_px, frame, flat, start, options, &scratch->assignment, &fit)) continue;
+    if (!fit_window(scene.model, f_px, frame, flat, pose, options, &scratch->assignment, &fit)) continue;
     if (!is_enough(scene, fit.support) || fit.support.score <= result.score) continue;
     Pose poses[kNumInstants];
     const Span<const Assignment> kept = refine_ends(scene, f_px, flat, fit, poses);

@@ -63,14 +63,19 @@ Span<const FlatLine> flatten_window(const MatchScene& scene, const Optics& optic
                                     MatchScratch* scratch);
 FlatFrame frame_of(const MatchScene& scene, const Optics& optics);
 
-/// Fits one window from each of the starts and keeps the best fit, if it is good enough; else the window counts as
-/// lost.
-/// @param prior may be null
-/// @param use_contrast a match must not contradict the contrasts that were decided
+/// Where the fit of a window begins, and what holds it.
+struct WindowStart {
+  Span<const Pose> poses;
+  FitStart from = FitStart::far;
+  const PosePrior* prior = nullptr;  ///< may be null
+  bool use_contrast = false;         ///< a match must not contradict the contrasts that were decided
+};
+
+/// Fits one window from each of the start's poses and keeps the best fit, if it is good enough; else the window counts
+/// as lost.
 /// @param[in,out] dropped matches beyond the capacity are added
-void match_window(const MatchScene& scene, std::size_t window, Span<const Pose> starts, FitStart from,
-                  const PosePrior* prior, bool use_contrast, MatchScratch* scratch, LineTrack* track,
-                  std::uint32_t* dropped);
+void match_window(const MatchScene& scene, std::size_t window, const WindowStart& start, MatchScratch* scratch,
+                  LineTrack* track, std::uint32_t* dropped);
 
 /// Decides from all matches of a track which side of each model line is the brighter one: MatchScratch::contrast.
 void decide_contrast(const MatchScene& scene, const LineTrack& track, MatchScratch* scratch);

@@ -47,6 +47,25 @@ std::size_t cell_of(const Event& event, std::size_t cols, std::size_t cells) {
   return (event.polarity != 0 ? cells : 0) + row * cols + col;
 }
 
+/// Counts the events of each cell, one place ahead: of those on the sensor, or, where there are more than `room`, of
+/// those that are kept. @return how many are on the sensor
+std::size_t count_events(Span<const Event> events, const CloudOptions& options, std::size_t cols, std::size_t room,
+                         Span<std::uint32_t> start) {
+  const std::size_t cells = start.size() / 2;
+  const auto count_event = [&](const Event& event) { ++start[cell_of(event, cols, cells) + 1]; };
+  for (std::uint32_t& count : start) count = 0;
+  std::size_t inside = 0;
+  for_each_inside(events, options, [&](const Event& event) {
+    count_event(event);
+    ++inside;
+  });
+  if (inside > room) {
+    for (std::uint32_t& count : start) count = 0;
+    for_each_kept(events, options, inside, room, count_event);
+  }
+  return inside;
+}
+
 /// From counts to where each begins: the exclusive prefix sum of all but the first.
 void set_starts(Span<std::uint32_t> counts) {
   std::uint32_t sum = 0;
@@ -94,22 +113,12 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
   // Counts stand one place ahead: once they are summed up start[c + 1] is where cell c begins, and the scatter moves it
   // to where cell c ends, which is where cell c + 1 begins.
   const Span<std::uint32_t> start = workspace.cell_start.first(2 * cells + 1);
-  for (std::uint32_t& count : start) count = 0;
   const auto cols = static_cast<std::size_t>((options.width + kCloudCellPx - 1) >> kCloudCellShift);
-  const auto count_event = [&](const Event& event) { ++start[cell_of(event, cols, cells) + 1]; };
-  std::size_t inside = 0;
-  for_each_inside(window.events, options, [&](const Event& event) {
-    count_event(event);
-    ++inside;
-  });
+  const std::size_t inside = count_events(window.events, options, cols, workspace.x.size(), start);
   const std::size_t kept = std::min(inside, workspace.x.size());
   stats->events = static_cast<std::uint32_t>(window.events.size());
   stats->outside_sensor = static_cast<std::uint32_t>(window.events.size() - inside);
   stats->thinned = static_cast<std::uint32_t>(inside - kept);
-  if (kept < inside) {
-    for (std::uint32_t& count : start) count = 0;
-    for_each_kept(window.events, options, inside, kept, count_event);
-  }
   set_starts(start);
 
   const std::int64_t window_us = window.end_us - window.begin_us;
