@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs a fuzz target over files and folders, under any compiler: replay_NAME PATH...
+// Runs a fuzz target over files and folders where there is no libFuzzer, under any compiler: fuzz_NAME PATH...
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

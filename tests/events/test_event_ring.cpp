@@ -107,15 +107,15 @@ TEST_CASE("event ring: with a reader that stalls the newest events are dropped, 
 TEST_CASE("event ring: storage must be a power of two") {
   std::vector<EventSlot> storage(9);
   EventRing ring;
-  for (const std::size_t size : {0, 1, 3, 6, 9}) {
+  for (const std::size_t size : {0U, 1U, 3U, 6U, 9U}) {
     CHECK(ring.init({storage.data(), size}, DropPolicy::newest) == Status::invalid_argument);
   }
-  for (const std::size_t size : {2, 4, 8}) CHECK(ring.init({storage.data(), size}, DropPolicy::oldest) == Status::ok);
+  for (const std::size_t size : {2U, 4U, 8U}) CHECK(ring.init({storage.data(), size}, DropPolicy::oldest) == Status::ok);
 }
 
 TEST_CASE("event ring: events stay whole and are counted against a writer that never waits") {
-  for (const std::size_t slots : {2, 16, 1024}) {
-    for (const std::size_t piece : {1, 7, 64}) {
+  for (const std::size_t slots : {2U, 16U, 1024U}) {
+    for (const std::size_t piece : {1U, 7U, 64U}) {
       race(DropPolicy::newest, slots, piece);
       race(DropPolicy::oldest, slots, piece);
     }

@@ -163,7 +163,6 @@ TEST_CASE("known turns: a bias that all windows share does not average out, and 
 }
 
 TEST_CASE("known turns: a view of few lines gets its pose through its partner") {
-  Rng rng(94);
   SyntheticViews s = spatial_views(2, 0.0, 95);
   const RelativePrior turn = turn_between(s, 0, 1, Vec3::Zero(), 1e-4);
   CalibrationData data = s.data();

@@ -30,7 +30,7 @@ TEST_CASE("the defaults of the table") {
 }
 
 TEST_CASE("tangential terms need three views") {
-  for (const std::size_t views : {1, 2, 3}) {
+  for (const std::size_t views : {1U, 2U, 3U}) {
     const ParameterPolicy policy = choose_policy(640, 480, ViewGeometry::spatial, views, {});
     CHECK(policy.free[kP1] == (views >= 3));
     CHECK(policy.free[kP2] == (views >= 3));
