@@ -69,6 +69,7 @@ MonoSolverOptions MonoOptions::recorded_lines() {
 Status MonoCalibrator::init(Span<std::byte> memory, const Capacities& capacities, const MonoOptions& options,
                             Span<const ModelLine> model, const EdgeStages& edges) {
   phase_ = MonoPhase::idle;
+  verdict_ = Status::wrong_state;
   if (options.rounds < 1 || capacities.sensor_width == 0 || capacities.sensor_height == 0) {
     return Status::invalid_argument;
   }

@@ -174,6 +174,19 @@ TEST_CASE("without events, or with noise alone, there is a reason and no camera"
   CHECK(calibrator.progress() < 1);
 }
 
+TEST_CASE("a mono calibrator that refuses to start anew does not answer for what came before") {
+  const Capacities c = small_capacities();
+  Memory memory(required_bytes(c));
+  MonoCalibrator calibrator;
+  REQUIRE(calibrator.init(memory.span(), c, {}, kBox) == Status::ok);
+  REQUIRE(run(&calibrator, {}) == Status::too_few_lines);
+  CHECK(calibrator.init({memory.span().data(), required_bytes(c) - 1}, c, {}, kBox) == Status::buffer_too_small);
+  CalibrationResult result;
+  CHECK(calibrator.phase() == MonoPhase::idle);
+  CHECK(calibrator.step() == Status::wrong_state);
+  CHECK(calibrator.result(&result) == Status::wrong_state);
+}
+
 TEST_CASE("a recording of a box calibrates its camera without a hint, without the heap, with the same bits each time") {
   const auto data = test::shared_data();
   if (!data) {
@@ -210,6 +223,9 @@ TEST_CASE("a recording of a box calibrates its camera without a hint, without th
       CHECK(result.camera.*kIntrinsics[i] == first.camera.*kIntrinsics[i]);
       CHECK(result.sigma[i] == first.sigma[i]);
     }
+    CHECK(calibrator.init({memory.span().data(), 1}, c, {}, kBox) == Status::buffer_too_small);
+    CHECK(calibrator.step() == Status::wrong_state);
+    CHECK(calibrator.result(&result) == Status::wrong_state);
   }
 }
 
