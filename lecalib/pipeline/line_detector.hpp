@@ -183,7 +183,9 @@ constexpr std::size_t detector_bytes(const DetectorCapacities& capacities) {
 /// @param[out] out    the lines, most events first; as many as found room
 /// @param[out] count  how many; unchanged unless ok
 /// @param[out] stats  of this window; always written; may be null
-/// @return ok, too without lines | invalid_argument (an option or the window) | buffer_too_small (workspace)
+/// @return ok, too without lines | invalid_argument (an option, the window, no or too many lines in the workspace) |
+///         buffer_too_small (workspace)
+///
 /// Complexity O(events), with bounded work per plane and line. Allocates nothing. Not reentrant on one workspace.
 Status detect_lines(const EventWindow& window, const DetectorOptions& options, DetectorWorkspace* workspace,
                     Span<EventLine> out, std::size_t* count, DetectorStats* stats);

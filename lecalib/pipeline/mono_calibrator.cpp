@@ -20,6 +20,16 @@ Pose pose_between(const Pose& from, const Pose& to, double fraction) {
   return make_pose(turn * R, (1 - fraction) * translation_of(from) + fraction * translation_of(to));
 }
 
+/// Whether the capacities are in the ranges that their docstrings give.
+bool are_valid(const Capacities& c) {
+  const auto lies_in = [](std::uint32_t value, std::uint32_t first, std::uint32_t last) {
+    return value - first <= last - first;
+  };
+  return c.events_per_window >= 2 && lies_in(c.lines_per_window, 1, kMaxLines) && lies_in(c.windows, 1, 0xffff) &&
+         c.model_lines <= 0xffff && lies_in(c.sensor_width, 2, kMaxSensorSide) &&
+         lies_in(c.sensor_height, 2, kMaxSensorSide);
+}
+
 /// Below so many events per crossing an edge's place is not known well, see EdgePointOptions.
 constexpr float kFaintEvents = 1.4F;
 
@@ -70,9 +80,7 @@ Status MonoCalibrator::init(Span<std::byte> memory, const Capacities& capacities
                             Span<const ModelLine> model, const EdgeStages& edges) {
   phase_ = MonoPhase::idle;
   verdict_ = Status::wrong_state;
-  if (options.rounds < 1 || capacities.sensor_width == 0 || capacities.sensor_height == 0) {
-    return Status::invalid_argument;
-  }
+  if (options.rounds < 1 || !are_valid(capacities)) return Status::invalid_argument;
   if (model.size() < 4) return Status::too_few_lines;
   if (model.size() > capacities.model_lines || options.points.points_per_line > capacities.points_per_line ||
       (options.detector.find_lines != fast_detector && !capacities.reference_detector)) {

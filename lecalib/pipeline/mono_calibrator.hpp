@@ -96,7 +96,7 @@ struct MonoWorkspace {
 constexpr DetectorCapacities detector_capacities(const Capacities& c) {
   DetectorCapacities out;
   out.events = c.events_per_window;
-  out.lines = c.lines_per_window < kMaxLines ? c.lines_per_window : kMaxLines;
+  out.lines = c.lines_per_window;
   out.width = c.sensor_width;
   out.height = c.sensor_height;
   out.edges = c.edges;

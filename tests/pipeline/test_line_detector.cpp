@@ -318,6 +318,10 @@ TEST_CASE("detector: bad options, windows and workspaces are told apart") {
   detector.options.find_lines = nullptr;
   CHECK(detector.detect(window) == Status::invalid_argument);
   detector.options.find_lines = reference_detector;
+  const Span<MovingLine> lines = detector.workspace.lines;
+  detector.workspace.lines = {};
+  CHECK(detector.detect(window) == Status::invalid_argument);
+  detector.workspace.lines = lines;
   CHECK(detector.detect(window) == Status::ok);
   CHECK(detector.detect({scene.begin_us, scene.begin_us + 10, {}}) == Status::ok);
   CHECK(detector.count == 0);

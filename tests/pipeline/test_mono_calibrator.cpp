@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "support/alloc_counter.hpp"
@@ -119,6 +120,36 @@ TEST_CASE("a mono calibrator refuses wrong arguments and calls out of turn") {
   Capacities no_sensor = c;
   no_sensor.sensor_width = 0;
   CHECK(calibrator.init(memory.span(), no_sensor, {}, kBox) == Status::invalid_argument);
+  // Each capacity at its ends and one beyond them, in memory that would hold it.
+  const auto init_with = [](const Capacities& capacities) {
+    Memory enough(required_bytes(capacities));
+    MonoCalibrator other;
+    return other.init(enough.span(), capacities, {}, kBox);
+  };
+  const auto check_range = [&](auto Capacities::*capacity, std::uint32_t first, std::uint32_t last) {
+    CAPTURE(first);
+    Capacities small = c;
+    small.windows = 1;
+    small.edges = false;
+    using Number = std::remove_reference_t<decltype(small.*capacity)>;
+    for (const std::uint32_t good : {first, last}) {
+      small.*capacity = static_cast<Number>(good);
+      CHECK(init_with(small) == Status::ok);
+    }
+    for (const std::uint32_t bad : {first - 1, last + 1}) {
+      small.*capacity = static_cast<Number>(bad);
+      CHECK(init_with(small) == Status::invalid_argument);
+    }
+  };
+  check_range(&Capacities::lines_per_window, 1, kMaxLines);
+  check_range(&Capacities::sensor_width, 2, 4096);
+  check_range(&Capacities::sensor_height, 2, 4096);
+  Capacities no_windows = c;
+  no_windows.windows = 0;
+  CHECK(init_with(no_windows) == Status::invalid_argument);
+  Capacities one_event = c;
+  one_event.events_per_window = 1;
+  CHECK(init_with(one_event) == Status::invalid_argument);
   Capacities few_lines = c;
   few_lines.model_lines = 8;
   CHECK(calibrator.init(memory.span(), few_lines, {}, kBox) == Status::capacity_exceeded);
