@@ -47,6 +47,7 @@ Status validate(const CalibrationData& data) {
   for (const LinePoint& point : data.points) {
     if (!is_usable(point, data.model.size())) return Status::invalid_argument;
   }
+  if (!data.edges.empty() && data.edges.size() < data.points.size()) return Status::invalid_argument;
   if (!data.left_out.empty() && data.left_out.size() < data.points.size()) return Status::invalid_argument;
   for (const View& view : data.views) {
     if (view.first > data.points.size() || view.count > data.points.size() - view.first)

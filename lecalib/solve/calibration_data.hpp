@@ -45,8 +45,8 @@ struct CalibrationData {
 };
 
 /// @return ok | invalid_argument (no sensor size, a value that is not finite, sigma not positive, a model line of no
-/// length, an index out of range, left_out neither empty nor one per point, a turn without sigma or of a view to itself
-/// or to two others) | too_few_lines (no model, no view or no point)
+/// length, an index out of range, edges or left_out neither empty nor one per point, a turn without sigma or of a view
+/// to itself or to two others) | too_few_lines (no model, no view or no point)
 Status validate(const CalibrationData& data);
 
 /// The points of one view.

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <limits>
+#include <vector>
 
 #include "support/synthetic_views.hpp"
 
@@ -61,6 +62,22 @@ TEST_CASE("validate accepts good data and names the kind of bad data") {
   s = good_views();
   s.views[1].first = 0xFFFFFFFFU;
   CHECK(validate(s.data()) == Status::invalid_argument);
+}
+
+TEST_CASE("validate takes one edge per point, or none") {
+  const auto s = good_views();
+  CalibrationData data = s.data();
+  const std::vector<EdgePoint> edges(data.points.size());
+  data.edges = edges;
+  CHECK(validate(data) == Status::ok);
+  data.edges = data.edges.first(data.points.size() - 1);
+  CHECK(validate(data) == Status::invalid_argument);
+  data.edges = {};
+  const std::vector<std::uint8_t> left_out(data.points.size());
+  data.left_out = left_out;
+  CHECK(validate(data) == Status::ok);
+  data.left_out = data.left_out.first(data.points.size() - 1);
+  CHECK(validate(data) == Status::invalid_argument);
 }
 
 TEST_CASE("the image centre is that of pixel centres at integers") {
