@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "lecalib/math/cholesky.hpp"
 #include "lecalib/math/so3.hpp"
@@ -132,10 +133,11 @@ bool information_of(const CoverageSolution& solution, Span<const WindowPoses> po
   return true;
 }
 
-/// Fills sigma_share and worst. @return how many times the worst one's sigma is what a good calibration has
+/// Fills sigma_share and worst. @return how many times the worst one's sigma is what a good calibration has; infinite
+/// where nothing is known of it
 double judge_sigmas(const CoverageSolution& solution, const Mat9& information, Coverage* coverage) {
   Cholesky<9> factor;
-  if (!factor.factor(information)) return 0.0;
+  if (!factor.factor(information)) return std::numeric_limits<double>::infinity();
   const Mat9 covariance = factor.solve(Mat9(Mat9::Identity()));
   const double scale[4] = {solution.camera.fx, solution.camera.fy, 1.0 * solution.camera.width,
                            1.0 * solution.camera.width};

@@ -145,6 +145,24 @@ TEST_CASE("coverage: a sheet that was never tilted is to be tilted, and a known 
   CHECK_FALSE(advises(coverage, CoverageHint::enough));
 }
 
+TEST_CASE("coverage: a solution of which arithmetic can tell nothing is not enough") {
+  const std::vector<ModelLine> model = sheet();
+  const std::vector<WindowPoses> poses = {seen_at(Vec3(0, 0, 0), 0.5)};
+  for (int k = 0; k < 40; ++k) {
+    CAPTURE(k);
+    // Focal lengths of a sigma 20 times what is good, and ever nearer to depending on each other altogether.
+    double covariance[81] = {};
+    for (int i = 0; i < 8; ++i) covariance[10 * i] = i < 2 ? 2500.0 : 1.0;
+    covariance[1] = covariance[9] = 2500.0 * (1.0 - 5e-15 * (1.0 + 0.01 * k));
+    CoverageSolution known = solution(model);
+    known.covariance = covariance;
+    known.solved = true;
+    Coverage coverage;
+    advise_found(known, poses, &coverage);
+    CHECK_FALSE(advises(coverage, CoverageHint::enough));
+  }
+}
+
 TEST_CASE("coverage: without poses nothing is known of the object") {
   const std::vector<ModelLine> model = sheet();
   Coverage coverage;
