@@ -119,7 +119,7 @@ void report_counts(const std::vector<std::unique_ptr<EventSource>>& sources, con
   add(&diagnostics->dropped, "events_outside", decoded.outside);
   add(&diagnostics->dropped, "events_unplaced", decoded.unplaced);
   add(&diagnostics->dropped, "events_backward", stats.windows.backward);
-  add(&diagnostics->dropped, "events_thinned", stats.windows.thinned + stats.thinned);
+  add(&diagnostics->dropped, "events_thinned", stats.windows.thinned);
   add(&diagnostics->dropped, "events_cut", stats.windows.cut);
   add(&diagnostics->dropped, "lines", stats.lines_dropped);
   add(&diagnostics->dropped, "crossings", stats.crossings_dropped);

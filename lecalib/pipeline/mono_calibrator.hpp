@@ -55,7 +55,6 @@ struct MonoOptions {
 struct MonoStats {
   WindowStats windows;
   NoiseFilterStats noise;
-  std::uint64_t thinned = 0;        ///< events left out by the detector, beyond those of `windows`
   std::uint64_t lines = 0;          ///< detected, over all windows
   std::uint64_t lines_dropped = 0;  ///< detected, beyond the capacity of a window
   std::uint32_t windows_kept = 0;   ///< in the bank
