@@ -129,7 +129,7 @@ Status MonoCalibrator::cut() {
   if (phase_ != MonoPhase::collecting || finishing_) return Status::wrong_state;
   if (has_window_) return Status::in_progress;
   builder_.cut();
-  stats_.windows.cut = builder_.stats().cut;
+  stats_.windows = builder_.stats();
   return Status::ok;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "support/alloc_counter.hpp"
+#include "support/edge_stream.hpp"
 #include "support/read_events.hpp"
 #include "support/shared_data.hpp"
 
@@ -188,6 +189,29 @@ TEST_CASE("a mono calibrator's windows end at a cut, which waits for the one tha
   CHECK(calibrator.stats().windows.windows == 1);
   REQUIRE(calibrator.finish() == Status::ok);
   CHECK(calibrator.cut() == Status::wrong_state);
+}
+
+TEST_CASE("a mono calibrator finds the edges of a window that follows a cut in one that was thinned") {
+  const test::SceneOptions scene;
+  const std::vector<Event> events = test::events_of(test::StepEdge{}, scene, 0.24);
+  Capacities c = small_capacities();
+  c.events_per_window = static_cast<std::uint32_t>(events.size() + 2);
+  Memory memory(required_bytes(c));
+  MonoCalibrator calibrator;
+  REQUIRE(calibrator.init(memory.span(), c, {}, kBox) == Status::ok);
+  std::vector<Event> too_many;
+  for (const Event& event : events) too_many.insert(too_many.end(), 3, event);
+  Span<const Event> rest(too_many);
+  REQUIRE(calibrator.push(&rest) == Status::ok);
+  REQUIRE(calibrator.cut() == Status::ok);
+  CHECK(calibrator.stats().windows.thinned > 0);
+  rest = events;
+  REQUIRE(calibrator.push(&rest) == Status::ok);
+  REQUIRE(calibrator.close_window());
+  LineWindow window;
+  REQUIRE(calibrator.find_lines(&window) == Status::ok);
+  REQUIRE(window.lines.size() > 0);
+  CHECK(window.lines[0].edge.crossings > 0);
 }
 
 TEST_CASE("without events, or with noise alone, there is a reason and no camera") {
