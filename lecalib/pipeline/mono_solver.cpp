@@ -13,6 +13,30 @@ namespace {
 /// Where the refinement by squares may stop: it only gives the scale of the residuals and a start for what follows.
 constexpr double kSquaresTolerance = 1e-3;
 
+/// Whether the workspace has room for the data, but for their edges.
+bool fits(const MonoSolverWorkspace& ws, const CalibrationData& data) {
+  const std::size_t lines = data.model.size();
+  const std::size_t points = data.points.size();
+  const std::size_t views = data.views.size();
+  const std::size_t rooms_and_needs[][2] = {{ws.guess.moments.size(), lines},
+                                            {ws.guess.lines.size(), lines},
+                                            {ws.guess.linear.size(), views},
+                                            {ws.guess.focal_lengths.size(), views},
+                                            {ws.guess.views.size(), views},
+                                            {ws.residuals.size(), points},
+                                            {ws.sorted_residuals.size(), points},
+                                            {ws.feet.size(), points},
+                                            {ws.results.size(), views},
+                                            {ws.line_results.size(), max_line_results({views, points, lines})},
+                                            {ws.left_out.size(), points},
+                                            {ws.chosen.size(), lines},
+                                            {ws.responses.size(), kLineErrors * lines}};
+  for (const std::size_t(&pair)[2] : rooms_and_needs) {
+    if (pair[0] < pair[1]) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Status MonoSolver::init(const CalibrationData& data, const MonoSolverOptions& options,
@@ -29,19 +53,8 @@ Status MonoSolver::prepare(const CalibrationData& data, const MonoSolverOptions&
   if (const Status status = validate(data); status != Status::ok) return status;
   if (!(options.loss_width > 0.0) || options.refine.max_iterations <= 0 || options.max_attempts <= 0)
     return Status::invalid_argument;
+  if (!fits(workspace, data)) return Status::capacity_exceeded;
   const std::size_t views = data.views.size();
-  if (workspace.guess.views.size() < views || workspace.guess.linear.size() < views ||
-      workspace.guess.focal_lengths.size() < views || workspace.results.size() < views ||
-      workspace.line_results.size() < max_line_results({views, data.points.size(), data.model.size()}) ||
-      workspace.guess.moments.size() < data.model.size() || workspace.guess.lines.size() < data.model.size() ||
-      workspace.chosen.size() < data.model.size() || workspace.left_out.size() < data.points.size() ||
-      workspace.residuals.size() < data.points.size() || workspace.feet.size() < data.points.size() ||
-      workspace.sorted_residuals.size() < data.points.size() ||
-      (!data.edges.empty() &&
-       (workspace.corrected.size() < data.points.size() || workspace.wrong_edges.size() < data.points.size() ||
-        workspace.offsets.slot.size() < kOffsetsPerLine * data.model.size()))) {
-    return Status::capacity_exceeded;
-  }
   data_ = data;
   options_ = options;
   workspace_ = workspace;

@@ -80,6 +80,15 @@ constexpr bool carve(Carver& carver, const EdgeOffsetCapacities& c, EdgeOffsetWo
          carver.carve(6 * n, &out->by_pose);
 }
 
+/// Whether the workspace has room for the offsets of so many model lines.
+constexpr bool fits(const EdgeOffsetWorkspace& ws, std::size_t model_lines) {
+  const std::size_t slots = kOffsetsPerLine * model_lines;
+  const std::size_t n = kSharedOffsets + slots;
+  return ws.value.size() >= n && ws.sigma.size() >= n && ws.slot.size() >= slots && ws.active.size() >= n &&
+         ws.matrix.size() >= n * (n + 1) / 2 && ws.gradient.size() >= n && ws.by_camera.size() >= kNumIntrinsics * n &&
+         ws.by_pose.size() >= 6 * n;
+}
+
 /// The offsets that displace one point, with their factors.
 struct OffsetTerms {
   std::uint16_t index[kMaxOffsetTerms];

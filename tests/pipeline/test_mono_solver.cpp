@@ -8,6 +8,7 @@
 #include <map>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "support/guarded_arena.hpp"
 #include "support/shared_data.hpp"
@@ -184,6 +185,42 @@ TEST_CASE("capacities: exactly enough works, one less of anything is refused") {
   MonoSolverWorkspace workspace;
   test::GuardedArena short_by_one(required_bytes(enough) - 1);
   CHECK_FALSE(carve(short_by_one.arena(), enough, &workspace));
+}
+
+TEST_CASE("capacities: a workspace that lacks one element of one array is refused") {
+  const SyntheticViews s = planar_views(3, 0.1, 8);
+  CalibrationData data = s.data();
+  std::vector<EdgePoint> edges(data.points.size());
+  for (EdgePoint& edge : edges) edge.normal_x = 1;
+  const MonoStart start{s.camera, s.poses};
+  for (const bool on_edges : {false, true}) {
+    if (on_edges) data.edges = edges;
+    const MonoSolverCapacities capacities = capacities_for(data);
+    test::GuardedArena memory(required_bytes(capacities));
+    MonoSolverWorkspace whole;
+    REQUIRE(carve(memory.arena(), capacities, &whole));
+    MonoSolver solver;
+    const auto init = [&](const MonoSolverWorkspace& workspace) {
+      return on_edges ? solver.init_on_edges(data, {}, workspace, start) : solver.init(data, {}, workspace, start);
+    };
+    CHECK(init(whole) == Status::ok);
+    const int arrays = on_edges ? 23 : 13;
+    for (int shortened = 0; shortened < arrays; ++shortened) {
+      CAPTURE(shortened);
+      MonoSolverWorkspace less = whole;
+      int index = 0;
+      const auto shorten = [&](auto&... array) {
+        ((array = array.first(array.size() - (index++ == shortened ? 1 : 0))), ...);
+      };
+      shorten(less.guess.moments, less.guess.lines, less.guess.linear, less.guess.focal_lengths, less.guess.views,
+              less.residuals, less.sorted_residuals, less.feet, less.results, less.line_results, less.left_out,
+              less.chosen, less.responses);
+      EdgeOffsetWorkspace& offsets = less.offsets;
+      shorten(less.corrected, less.wrong_edges, offsets.value, offsets.sigma, offsets.slot, offsets.active,
+              offsets.matrix, offsets.gradient, offsets.by_camera, offsets.by_pose);
+      CHECK(init(less) == Status::capacity_exceeded);
+    }
+  }
 }
 
 TEST_CASE("wrong use is refused") {
