@@ -8,6 +8,7 @@
 
 #include "commands.hpp"
 #include "event_options.hpp"
+#include "lecalib/core/time.hpp"
 #include "lecalib/host/file_io.hpp"
 #include "lecalib/host/text.hpp"
 

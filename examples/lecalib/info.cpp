@@ -9,6 +9,7 @@
 
 #include "commands.hpp"
 #include "event_options.hpp"
+#include "lecalib/core/time.hpp"
 #include "lecalib/host/event_file.hpp"
 #include "lecalib/host/json_writer.hpp"
 #include "progress.hpp"
@@ -44,10 +45,7 @@ struct Summary {
     on += event.polarity;
     ++events;
   }
-  [[nodiscard]] double duration_s() const {
-    const auto duration_us = static_cast<std::uint64_t>(last_us) - static_cast<std::uint64_t>(first_us);
-    return static_cast<double>(duration_us) / kUsPerSecond;
-  }
+  [[nodiscard]] double duration_s() const { return static_cast<double>(distance_us(first_us, last_us)) / kUsPerSecond; }
   [[nodiscard]] double rate() const { return duration_s() > 0 ? static_cast<double>(events) / duration_s() : 0; }
   [[nodiscard]] double on_share() const {
     return events > 0 ? static_cast<double>(on) / static_cast<double>(events) : 0;

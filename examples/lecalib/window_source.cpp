@@ -2,6 +2,7 @@
 #include "window_source.hpp"
 
 #include "commands.hpp"
+#include "lecalib/core/time.hpp"
 #include "lecalib/host/cpu_clock.hpp"
 #include "lecalib/pipeline/window_length.hpp"
 
@@ -14,10 +15,6 @@ using host::thread_cpu_ns;
 constexpr std::uint64_t kDisorderUs = 1'000'000;
 
 }  // namespace
-
-std::uint64_t distance_us(std::int64_t earlier, std::int64_t later) {
-  return static_cast<std::uint64_t>(later) - static_cast<std::uint64_t>(earlier);
-}
 
 WindowSource::WindowSource(host::EventFile* file, const WindowRange& range, std::uint32_t max_rate_per_s,
                            Span<Event> storage)

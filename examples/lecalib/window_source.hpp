@@ -10,9 +10,6 @@
 
 namespace lecalib::command {
 
-/// later - earlier for any two times, later >= earlier.
-std::uint64_t distance_us(std::int64_t earlier, std::int64_t later);
-
 /// Which events of a recording are looked at, and how they are cut into windows.
 struct WindowRange {
   std::optional<std::int64_t> window_us;  ///< length of the windows, > 0

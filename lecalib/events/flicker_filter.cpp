@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/events/flicker_filter.hpp"
 
+#include "lecalib/core/time.hpp"
+
 namespace lecalib {
 namespace {
 
@@ -59,17 +61,12 @@ unsigned bits_set(std::uint8_t bits) noexcept {
 /// Units since the pixel's last burst began, at `now`.
 unsigned age_of(std::uint8_t pixel, unsigned now) noexcept { return (now - (pixel >> 1U)) & kPixelTimeMask; }
 
-/// later - earlier for any two times, later >= earlier.
-std::uint64_t distance(std::int64_t earlier, std::int64_t later) noexcept {
-  return static_cast<std::uint64_t>(later) - static_cast<std::uint64_t>(earlier);
-}
-
 }  // namespace
 
 std::size_t FlickerFilter::drop(Span<Event> events, std::uint8_t min_periods) noexcept {
   if (events.empty()) return 0;
   const std::int64_t first_us = events[0].t_us;
-  if (first_us < now_us_ && distance(first_us, now_us_) > kMaxDisorderUs) restart();
+  if (first_us < now_us_ && distance_us(first_us, now_us_) > kMaxDisorderUs) restart();
   std::size_t kept = 0;
   for (const Event& event : events) {
     advance(event.t_us, min_periods);
@@ -93,12 +90,12 @@ void FlickerFilter::start(std::int64_t t_us) noexcept {
 
 void FlickerFilter::advance(std::int64_t t_us, std::uint8_t min_periods) noexcept {
   if (is_running_ && t_us <= now_us_) return;
-  if (!is_running_ || distance(now_us_, t_us) >= kMaxPauseUs) {
+  if (!is_running_ || distance_us(now_us_, t_us) >= kMaxPauseUs) {
     start(t_us);
     return;
   }
   now_us_ = t_us;
-  const std::uint64_t now = distance(start_us_, t_us) * kUnitsPerUs;
+  const std::uint64_t now = distance_us(start_us_, t_us) * kUnitsPerUs;
   for (std::size_t light = 0; light < kFlickerLights; ++light) {
     while (now >= slot_end_[light]) {
       slot_end_[light] += kSlotUnits[light];
@@ -186,6 +183,6 @@ void FlickerFilter::forget_old_pixels() noexcept {
   next_forgetting_ = pixel_time() + kForgetEvery;
 }
 
-std::uint64_t FlickerFilter::pixel_time() const noexcept { return distance(start_us_, now_us_) >> kPixelTimeShift; }
+std::uint64_t FlickerFilter::pixel_time() const noexcept { return distance_us(start_us_, now_us_) >> kPixelTimeShift; }
 
 }  // namespace lecalib

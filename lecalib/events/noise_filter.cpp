@@ -3,6 +3,8 @@
 /// a time in ticks of 1/254 of the window.
 #include "lecalib/events/noise_filter.hpp"
 
+#include "lecalib/core/time.hpp"
+
 namespace lecalib {
 namespace {
 
@@ -45,11 +47,11 @@ class PixelMap {
 class TickClock {
  public:
   explicit TickClock(const EventWindow& window) noexcept
-      : begin_us_(window.begin_us), length_us_(distance(window.begin_us, window.end_us)) {
+      : begin_us_(window.begin_us), length_us_(distance_us(window.begin_us, window.end_us)) {
     ticks_per_us_ = length_us_ > 0 ? (std::uint64_t{kTicks} << 32U) / length_us_ : 0;
   }
   [[nodiscard]] std::uint8_t tick(std::int64_t t_us) const noexcept {
-    return static_cast<std::uint8_t>(1 + (t_us > begin_us_ ? scale(distance(begin_us_, t_us)) >> 32U : 0));
+    return static_cast<std::uint8_t>(1 + (t_us > begin_us_ ? scale(distance_us(begin_us_, t_us)) >> 32U : 0));
   }
   /// Rounded, at least 1.
   [[nodiscard]] int ticks_of(std::int64_t duration_us) const noexcept {
@@ -58,9 +60,6 @@ class TickClock {
   }
 
  private:
-  static std::uint64_t distance(std::int64_t from_us, std::int64_t to_us) noexcept {
-    return static_cast<std::uint64_t>(to_us) - static_cast<std::uint64_t>(from_us);
-  }
   /// Ticks times 2^32, at most kTicks of them.
   [[nodiscard]] std::uint64_t scale(std::uint64_t us) const noexcept {
     return (us < length_us_ ? us : length_us_) * ticks_per_us_;

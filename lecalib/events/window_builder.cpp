@@ -4,16 +4,13 @@
 #include <algorithm>
 #include <limits>
 
+#include "lecalib/core/time.hpp"
+
 namespace lecalib {
 namespace {
 
 constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kEarliest = std::numeric_limits<std::int64_t>::min();
-
-/// later - earlier for any two times, later >= earlier.
-constexpr std::uint64_t distance_us(std::int64_t earlier, std::int64_t later) noexcept {
-  return static_cast<std::uint64_t>(later) - static_cast<std::uint64_t>(earlier);
-}
 
 constexpr std::int64_t add_us(std::int64_t t_us, std::int64_t length_us) noexcept {
   return t_us > kForever - length_us ? kForever : t_us + length_us;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/host/raw_writer.hpp"
 
+#include "lecalib/core/time.hpp"
+
 namespace lecalib::host {
 namespace {
 
@@ -20,7 +22,7 @@ constexpr unsigned kTimeBits = 12;
 constexpr std::int64_t kTimeMask = (1 << kTimeBits) - 1;
 
 constexpr std::int64_t kMaxStepBackUs = 1 << 22;  // a quarter of the clock's range: half of it is a roll-over to many
-constexpr std::int64_t kMaxGapUs = 3'600'000'000;
+constexpr std::uint64_t kMaxGapUs = 3'600'000'000;
 
 void put(Evt3 type, unsigned payload, std::string* bytes) {
   const unsigned word = static_cast<unsigned>(type) << 12U | payload;
@@ -75,7 +77,8 @@ MaybeError Evt3Encoder::check(Span<const Event> events) const {
     if (e.x >= width_ || e.y >= height_) problem = "lies outside of the sensor";
     if (e.t_us < 0) problem = "is older than 0";
     if (e.t_us >= 0 && e.t_us < last_us - kMaxStepBackUs) problem = "is older than the one before it by more than 4 s";
-    if (count_ + i > 0 && e.t_us - kMaxGapUs > last_us) problem = "comes more than an hour after the one before it";
+    if (count_ + i > 0 && e.t_us > last_us && distance_us(last_us, e.t_us) > kMaxGapUs)
+      problem = "comes more than an hour after the one before it";
     if (problem != nullptr)
       return Error{"event " + std::to_string(count_ + i) + " " + problem + ", which EVT3 cannot hold"};
     last_us = e.t_us;

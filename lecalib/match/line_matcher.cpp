@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lecalib/core/time.hpp"
 #include "lecalib/math/so3.hpp"
 #include "lecalib/math/trigonometry.hpp"
 
@@ -22,7 +23,7 @@ constexpr int kLensSteps = 4;
 constexpr double kHopelessShare = 0.5;
 /// A hinted pose is about windows that begin so early in a recording, us: what moves by hand turns by less than the
 /// hint may be off.
-constexpr std::int64_t kHintedUs = 200000;
+constexpr std::uint64_t kHintedUs = 200000;
 
 /// The i-th of `count` windows that are searched, spread evenly, or with a hinted pose the half of them at the begin.
 std::size_t even_window(std::size_t i, std::size_t count, std::size_t windows) {
@@ -170,7 +171,9 @@ void LineMatcher::step_quads() {
   seeding_.flat = flatten_window(scene_, optics, seeding_.index, &workspace_.scratch);
   seeding_.frame = frame_of(scene_, optics);
   seeding_.lens = prior_.mean;
-  seeding_.near_hint = scene_.times[seeding_.index].begin_us - scene_.times[0].begin_us <= kHintedUs;
+  const std::int64_t first_us = scene_.times[0].begin_us;
+  const std::int64_t begin_us = scene_.times[seeding_.index].begin_us;
+  seeding_.near_hint = begin_us <= first_us || distance_us(first_us, begin_us) <= kHintedUs;
   if (seeding_.near_hint) {
     seed_from_hint(scene_, seeding_, options_.hints, &workspace_.scratch, &seeds_, &stats_.seeds);
   }

@@ -21,9 +21,9 @@ constexpr std::size_t kNoWindow = static_cast<std::size_t>(-1);
 
 /// Microseconds since the first window's begin.
 double middle_us(const WindowMotion& motion, std::size_t window) {
-  const std::int64_t origin_us = motion.times[0].begin_us;
+  const auto origin_us = static_cast<double>(motion.times[0].begin_us);
   const WindowTimes& times = motion.times[window];
-  return 0.5 * (static_cast<double>(times.begin_us - origin_us) + static_cast<double>(times.end_us - origin_us));
+  return 0.5 * ((static_cast<double>(times.begin_us) - origin_us) + (static_cast<double>(times.end_us) - origin_us));
 }
 
 /// The nearest matched windows on both sides.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "lecalib/core/time.hpp"
 #include "lecalib/math/poisson_floor.hpp"
 
 namespace lecalib {
@@ -13,6 +14,8 @@ namespace {
 constexpr float kQuietShare = 0.4F;
 /// Counts above this are edges in any case, so the histogram can end there.
 constexpr std::uint32_t kMaxQuietCount = 127;
+/// Beyond it the differences of a window's times overflow.
+constexpr std::uint64_t kLongestUs = std::numeric_limits<std::int64_t>::max();
 
 /// Visits the events that lie on the sensor.
 template <class Visit>
@@ -96,7 +99,7 @@ float noise_floor(const EventCloud& cloud, std::size_t first_cell) {
 bool valid(const EventWindow& window, const CloudOptions& options) {
   return options.width > 0 && options.height > 0 && options.width <= kMaxSensorSide &&
          options.height <= kMaxSensorSide && options.c_z_us_per_px >= 0 && options.auto_depth_px > 0 &&
-         window.end_us > window.begin_us;
+         window.end_us > window.begin_us && distance_us(window.begin_us, window.end_us) <= kLongestUs;
 }
 
 }  // namespace
@@ -134,7 +137,7 @@ Status build_cloud(const EventWindow& window, const CloudOptions& options, const
   const float ticks_per_unit = static_cast<float>(kCloudTicks) / static_cast<float>(window_us >> shift);
   for_each_kept(window.events, options, inside, kept, [&](const Event& event) {
     const std::uint32_t i = start[cell_of(event, cols, cells) + 1]++;
-    std::int64_t since_us = event.t_us - window.begin_us;
+    auto since_us = static_cast<std::int64_t>(distance_us(window.begin_us, event.t_us));
     if (static_cast<std::uint64_t>(since_us) > static_cast<std::uint64_t>(window_us))
       since_us = since_us < 0 ? 0 : window_us;
     const auto units = static_cast<std::int32_t>(shift == 0 ? since_us : since_us >> shift);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lecalib/core/time.hpp"
 #include "lecalib/math/eigen.hpp"
 #include "lecalib/math/so3.hpp"
 
@@ -39,7 +40,8 @@ Status integrate_gyro(const GyroOptions& options, Span<const GyroSample> samples
     if (next == samples.end()) return Status::need_more_data;
     const GyroSample& last = next[-1];
     if (next->t_us <= last.t_us) return Status::invalid_argument;
-    if (next->t_us - last.t_us > options.max_gap_us) return Status::need_more_data;
+    if (distance_us(last.t_us, next->t_us) > static_cast<std::uint64_t>(options.max_gap_us))
+      return Status::need_more_data;
     const std::int64_t until_us = std::min(next->t_us, t_b_us);
     const double middle_us = 0.5 * (static_cast<double>(now_us) + static_cast<double>(until_us));
     const double dt = kSecondsPerUs * static_cast<double>(until_us - now_us);

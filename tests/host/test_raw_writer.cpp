@@ -175,4 +175,7 @@ TEST_CASE("encode_evt3: what cannot be written is an error") {
   const auto disorder = encode_evt3(std::vector<Event>{{5'000'000, 1, 1, 1}, {9, 1, 1, 1}}, 2, 2);
   REQUIRE_FALSE(disorder.ok());
   CHECK(disorder.error().message.find("event 1 ") != std::string::npos);
+  const auto before_all = encode_evt3(std::vector<Event>{{0, 1, 1, 1}, {-9'223'372'036'854'775'807, 1, 1, 1}}, 2, 2);
+  REQUIRE_FALSE(before_all.ok());
+  CHECK(before_all.error().message.find("event 1 is older than 0") != std::string::npos);
 }

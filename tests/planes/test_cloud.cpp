@@ -157,6 +157,10 @@ TEST_CASE("cloud: arguments are checked, and an empty window is an empty cloud")
   CHECK(build({0, 1000, {}}) == Status::ok);
   CHECK(f.cloud.size() == 0);
   CHECK(build({1000, 1000, {}}) == Status::invalid_argument);
+  constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
+  CHECK(build({0, kLast, {}}) == Status::ok);
+  CHECK(build({-1, kLast, {}}) == Status::invalid_argument);
+  CHECK(build({-kLast, kLast, {}}) == Status::invalid_argument);  // a signed difference would be -2
   f.options.auto_depth_px = 0;
   CHECK(build({0, 1000, {}}) == Status::invalid_argument);
   f.options.auto_depth_px = 8;

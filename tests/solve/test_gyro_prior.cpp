@@ -93,6 +93,9 @@ TEST_CASE("gyro prior: what the samples do not cover is not told") {
   samples.erase(samples.begin() + 10, samples.begin() + 35);  // a gap of 26 ms
   CHECK(integrate_gyro({}, samples, 2000, 45000, &prior) == Status::need_more_data);
   CHECK(integrate_gyro({}, samples, 2000, 9000, &prior) == Status::ok);
+  constexpr std::int64_t kFar = 9'200'000'000'000'000'000;
+  const GyroSample far_apart[] = {{-kFar, {1, 0, 0}}, {kFar, {1, 0, 0}}};
+  CHECK(integrate_gyro({}, far_apart, 0, 1000, &prior) == Status::need_more_data);
   std::swap(samples[3], samples[4]);
   CHECK(integrate_gyro({}, samples, 2000, 9000, &prior) == Status::invalid_argument);
 }
