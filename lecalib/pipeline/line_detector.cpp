@@ -109,7 +109,7 @@ Status detect_lines(const EventWindow& window, const DetectorOptions& options, D
   if (stats == nullptr) stats = &unused;
   *stats = {};
   const DetectorWorkspace& ws = *workspace;
-  if (ws.lines.empty() || ws.lines.size() > kMaxLines || options.find_lines == nullptr) return Status::invalid_argument;
+  if (ws.lines.empty() || ws.lines.size() > kMaxLines || !valid(options)) return Status::invalid_argument;
   if (options.find_edges != nullptr && ws.fit.pixel.empty()) return Status::buffer_too_small;
 
   EventCloud cloud;

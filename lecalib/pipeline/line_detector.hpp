@@ -80,6 +80,11 @@ struct DetectorOptions {
   std::uint64_t (*clock_ns)() = nullptr;
 };
 
+/// Of what both detectors share; the reference checks the options of its own stages.
+constexpr bool valid(const DetectorOptions& o) {
+  return o.find_lines != nullptr && valid(o.growth) && valid(o.fit.gaps) && valid(o.crossings);
+}
+
 enum class DetectorStage : std::uint8_t { cloud, normals, planes, segments, seeds, lines, merge, shape, edges };
 inline constexpr std::size_t kNumDetectorStages = 9;
 /// The stage's name, e.g. "normals". Never null.

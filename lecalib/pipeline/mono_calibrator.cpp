@@ -80,7 +80,10 @@ Status MonoCalibrator::init(Span<std::byte> memory, const Capacities& capacities
                             Span<const ModelLine> model, const EdgeStages& edges) {
   phase_ = MonoPhase::idle;
   verdict_ = Status::wrong_state;
-  if (options.rounds < 1 || !are_valid(capacities)) return Status::invalid_argument;
+  if (options.rounds < 1 || !are_valid(capacities) || !valid(options.window) || !valid(options.detector) ||
+      !valid(options.points)) {
+    return Status::invalid_argument;
+  }
   if (model.size() < 4) return Status::too_few_lines;
   if (model.size() > capacities.model_lines || options.points.points_per_line > capacities.points_per_line ||
       (options.detector.find_lines != fast_detector && !capacities.reference_detector)) {

@@ -41,7 +41,7 @@ void point_on_line(const EventLine& line, bool at_end, double fraction, double* 
 Status make_view_points(const ViewPointOptions& options, Span<const LineWindow> windows, Span<const LineMatch> matches,
                         Span<LinePoint> points, Span<View> views, std::size_t* num_points, std::size_t* num_views) {
   const std::uint32_t n = options.points_per_line;
-  if (n < 3 || n > kMaxPointsPerLine) return Status::invalid_argument;
+  if (!valid(options)) return Status::invalid_argument;
   if (points.size() < 2 * matches.size() * n) return Status::capacity_exceeded;
   std::size_t used = 0;
   std::size_t made = 0;

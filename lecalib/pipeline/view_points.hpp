@@ -18,6 +18,10 @@ struct ViewPointOptions {
 };
 inline constexpr std::uint32_t kMaxPointsPerLine = 16;
 
+constexpr bool valid(const ViewPointOptions& o) {
+  return o.points_per_line >= 3 && o.points_per_line <= kMaxPointsPerLine;
+}
+
 /// The point at `fraction` (0 to 1) of a line's curve, at its window's begin or end.
 void point_on_line(const EventLine& line, bool at_end, double fraction, double* u_px, double* v_px);
 

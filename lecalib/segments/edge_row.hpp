@@ -14,11 +14,15 @@ namespace lecalib {
 
 /// What counts as a gap of a line: a stretch where nothing fires.
 struct GapOptions {
-  /// How much rarer than once per line a gap must be by chance, nats, > 0. Its probability comes from the line's own
-  /// share of pixels without events.
+  /// How much rarer than once per line a gap must be by chance, nats, (0, 1000]. Its probability comes from the line's
+  /// own share of pixels without events.
   float min_surprise = 5;
-  float min_gap_px = 5;  ///< px, >= 1: shorter gaps are the pixel grid's
+  float min_gap_px = 5;  ///< px, 1 to 1e6: shorter gaps are the pixel grid's
 };
+
+constexpr bool valid(const GapOptions& o) {
+  return o.min_surprise > 0 && o.min_surprise <= 1e3F && o.min_gap_px >= 1 && o.min_gap_px <= 1e6F;
+}
 
 /// Gaps move with the object along the line, which the line itself cannot show.
 struct GapMotion {

@@ -31,8 +31,8 @@ inline constexpr float kEdgePlaces[3] = {-0.7745967F, 0, 0.7745967F};
 inline constexpr float kEdgePlaceWeights[3] = {5.0F / 18, 8.0F / 18, 5.0F / 18};
 
 struct CrossingOptions {
-  float threshold = 0.24F;  ///< theta, of ln intensity, > 0; a third more or less moves an edge by 0.05 px
-  float band_px = 2.5F;     ///< events so near to the line belong to its crossings, > 0
+  float threshold = 0.24F;  ///< theta, of ln intensity, (0, 2]; a third more or less moves an edge by 0.05 px
+  float band_px = 2.5F;     ///< events so near to the line belong to its crossings, (0, 100]
   /// How far the line passes beyond a pixel, px, > 0: on the edge's bright side, where crossings begin (OFF) or end
   /// (ON) as the edge arrives; and on its dark side, where they reach the further out the more events they have.
   float bright_margin_px = 0.5F;
@@ -44,11 +44,11 @@ struct CrossingOptions {
   /// So near to its ends a line's crossings count for nothing: pixels there see only a part of its contrast, and what
   /// else ends there, px. Up to a tenth of the line at either end.
   float end_margin_px = 2;
-  float max_gap_px = 1.5F;  ///< travel between two events of one crossing, > 0 ...
-  float min_gap_us = 800;   ///< ... within these times
-  float max_gap_us = 100000;
-  std::uint32_t max_events = 40;     ///< of a crossing; more are flicker or a hot pixel
-  std::uint32_t min_crossings = 40;  ///< of a line; fewer share too few errors to average
+  float max_gap_px = 1.5F;           ///< travel between two events of one crossing, > 0 ...
+  float min_gap_us = 800;            ///< ... within these times
+  float max_gap_us = 100000;         ///< >= min_gap_us
+  std::uint32_t max_events = 40;     ///< of a crossing, 1 to 255; more are flicker or a hot pixel
+  std::uint32_t min_crossings = 40;  ///< of a line, > 0; fewer share too few errors to average
   /// One sigma, px, of how much the edge and its events move apart within a window.
   float motion_change_px = 0.1F;
   /// Error that neighbouring crossings share, px, of a line with shared_crossings; it grows as sqrt(1 / n) below that,
@@ -57,6 +57,12 @@ struct CrossingOptions {
   float shared_error_scatter_px = 0.12F;
   float shared_crossings = 200;
 };
+
+/// Whether crossings stay within whole numbers: what other options can do wrong shows in the edges alone.
+constexpr bool valid(const CrossingOptions& o) {
+  return o.threshold > 0 && o.threshold <= 2 && o.band_px > 0 && o.band_px <= 100 && o.max_gap_px > 0 &&
+         o.min_gap_us <= o.max_gap_us && o.max_events > 0 && o.max_events <= 255 && o.min_crossings > 0;
+}
 
 /// How to fit to crossings.
 struct CrossingFit {

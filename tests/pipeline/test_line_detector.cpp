@@ -4,6 +4,9 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <initializer_list>
+#include <limits>
+#include <type_traits>
 #include <vector>
 
 #include "lecalib/pipeline/line_detector.hpp"
@@ -318,6 +321,28 @@ TEST_CASE("detector: bad options, windows and workspaces are told apart") {
   detector.options.find_lines = nullptr;
   CHECK(detector.detect(window) == Status::invalid_argument);
   detector.options.find_lines = reference_detector;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto check_refused = [&](auto* option, std::initializer_list<std::remove_pointer_t<decltype(option)>> values) {
+    const auto good = *option;
+    for (const auto bad : values) {
+      CAPTURE(bad);
+      *option = bad;
+      CHECK(detector.detect(window) == Status::invalid_argument);
+    }
+    *option = good;
+  };
+  DetectorOptions& options = detector.options;
+  check_refused(&options.growth.band_px, {0, 101, nan});
+  check_refused(&options.growth.max_gap_px, {3.9F, 1.1e6F, nan});
+  check_refused(&options.growth.gap_events, {-1, nan});
+  check_refused(&options.fit.gaps.min_gap_px, {0.9F, 1.1e6F, nan});
+  check_refused(&options.fit.gaps.min_surprise, {0, 1001, nan});
+  check_refused(&options.crossings.threshold, {0, 2.1F, nan});
+  check_refused(&options.crossings.band_px, {0, 101, nan});
+  check_refused(&options.crossings.max_gap_px, {0, nan});
+  check_refused(&options.crossings.max_gap_us, {799, nan});
+  check_refused(&options.crossings.max_events, {0, 256});
+  check_refused(&options.crossings.min_crossings, {0});
   const Span<MovingLine> lines = detector.workspace.lines;
   detector.workspace.lines = {};
   CHECK(detector.detect(window) == Status::invalid_argument);

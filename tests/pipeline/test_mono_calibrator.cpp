@@ -118,6 +118,17 @@ TEST_CASE("a mono calibrator refuses wrong arguments and calls out of turn") {
   MonoOptions no_window;
   no_window.window.first_us = 0;
   CHECK(calibrator.init(memory.span(), c, no_window, kBox) == Status::invalid_argument);
+  MonoOptions long_window;
+  long_window.window.max_us = kLongestWindowUs + 1;
+  CHECK(calibrator.init(memory.span(), c, long_window, kBox) == Status::invalid_argument);
+  long_window.window.max_us = long_window.window.min_us - 1;
+  CHECK(calibrator.init(memory.span(), c, long_window, kBox) == Status::invalid_argument);
+  MonoOptions no_threshold;
+  no_threshold.detector.crossings.threshold = 0;
+  CHECK(calibrator.init(memory.span(), c, no_threshold, kBox) == Status::invalid_argument);
+  MonoOptions few_points;
+  few_points.points.points_per_line = 2;
+  CHECK(calibrator.init(memory.span(), c, few_points, kBox) == Status::invalid_argument);
   Capacities no_sensor = c;
   no_sensor.sensor_width = 0;
   CHECK(calibrator.init(memory.span(), no_sensor, {}, kBox) == Status::invalid_argument);
