@@ -81,7 +81,7 @@ std::vector<std::unique_ptr<EventSource>> open_recordings(const std::vector<std:
 Capacities capacities_for(SensorSize sensor, const CalibrateOptions& options, const host::Model& model);
 
 /// The options of one camera's calibrator, without a gyro.
-MonoOptions mono_options(const CalibrateOptions& options);
+MonoOptions mono_options(const CalibrateOptions& options, SensorSize sensor);
 
 /// Adds what went through, and what was dropped. @param prefix of all names, to tell two cameras apart
 void report_counts(const std::vector<std::unique_ptr<EventSource>>& sources, const MonoStats& stats,

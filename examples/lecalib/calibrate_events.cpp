@@ -84,10 +84,15 @@ Capacities capacities_for(SensorSize sensor, const CalibrateOptions& options, co
   return capacities;
 }
 
-MonoOptions mono_options(const CalibrateOptions& options) {
+MonoOptions mono_options(const CalibrateOptions& options, SensorSize sensor) {
   MonoOptions mono;
   options.apply(&mono.solver);
   mono.matcher.hints = options.hints();
+  mono.matcher.width = sensor.width;
+  mono.matcher.height = sensor.height;
+  if (!valid(mono.matcher)) {
+    fail({"--focal: a sensor of " + host::to_string(sensor) + " px is not searched for a focal length so far out"});
+  }
   mono.use_edges = !options.lines_only;
   mono.detector.clock_ns = &thread_cpu_ns;
   return mono;
@@ -138,7 +143,7 @@ void report_counts(const std::vector<std::unique_ptr<EventSource>>& sources, con
 void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, const CalibrateOptions& options,
                     const host::Model& model, host::CalibrationReport* report) {
   const Capacities capacities = capacities_for(sources.front()->sensor(), options, model);
-  MonoOptions mono = mono_options(options);
+  MonoOptions mono = mono_options(options, sources.front()->sensor());
   std::vector<GyroSample> gyro;
   if (options.gyro == kGyroOfRecording) {
     gyro = take(host::read_gyro_of_recording(options.events.front(), sensor_size(options.sensor)));

@@ -79,7 +79,8 @@ void calibrate_stereo(const CalibrateOptions& options, const host::Model& model,
   const StereoCapacities capacities = {capacities_for(left.front()->sensor(), options, model),
                                        capacities_for(right.front()->sensor(), options, model)};
   StereoOptions stereo;
-  stereo.left = stereo.right = mono_options(options);
+  stereo.left = mono_options(options, left.front()->sensor());
+  stereo.right = mono_options(options, right.front()->sensor());
   stereo.right.matcher.hints.has_pose = false;  // nobody knows yet where the object is for the right camera
   const host::HeapArena block(required_bytes(capacities));
   const auto calibrator = std::make_unique<StereoCalibrator>();

@@ -49,16 +49,32 @@ double length2(const EventLine& line) {
 
 double focal_of(double fov_deg, double width) { return 0.5 * width / tangent(deg_to_rad(0.5 * fov_deg)); }
 
+/// The focal lengths that are searched.
+FocalRange focal_range(const LineMatcherOptions& options) {
+  FocalRange focal = {focal_of(options.max_fov_deg, options.width), focal_of(options.min_fov_deg, options.width)};
+  if (const double hinted_px = options.hints.focal_px; hinted_px > 0.0) {
+    focal.min_px = std::min(focal.min_px, (1.0 - options.hints.focal_share) * hinted_px);
+    focal.max_px = std::max(focal.max_px, (1.0 + options.hints.focal_share) * hinted_px);
+  }
+  return focal;
+}
+
 }  // namespace
+
+bool valid(const LineMatcherOptions& options) {
+  if (options.width < 2 || options.height < 2 || options.seed_windows == 0 || options.trials == 0 ||
+      !(options.min_fov_deg >= 5.0 && options.min_fov_deg < options.max_fov_deg && options.max_fov_deg <= 160.0) ||
+      !options.hints.valid()) {
+    return false;
+  }
+  const FocalRange focal = focal_range(options);
+  return focal.max_px <= focal_span() * focal.min_px;
+}
 
 Status LineMatcher::init(Arena* arena, const LineMatcherCapacities& capacities, const LineMatcherOptions& options,
                          Span<const ModelLine> model, Span<const LineWindow> windows) {
   phase_ = Phase::idle;
-  if (options.width < 2 || options.height < 2 || options.seed_windows == 0 || options.trials == 0 ||
-      !(options.min_fov_deg >= 5.0 && options.min_fov_deg < options.max_fov_deg && options.max_fov_deg <= 160.0) ||
-      !options.hints.valid()) {
-    return Status::invalid_argument;
-  }
+  if (!valid(options)) return Status::invalid_argument;
   if (windows.size() > capacities.windows || model.size() > capacities.model_lines) return Status::capacity_exceeded;
   if (windows.empty()) return Status::too_few_lines;
   if (!carve(*arena, capacities, &workspace_)) return Status::buffer_too_small;
@@ -78,12 +94,7 @@ Status LineMatcher::init(Arena* arena, const LineMatcherCapacities& capacities, 
   scene_.width = options.width;
   scene_.height = options.height;
   scene_.unit_px = std::max(1.0, 1e-3 * diagonal_px);
-  FocalRange& focal = seeding_.focal;
-  focal = {focal_of(options.max_fov_deg, options.width), focal_of(options.min_fov_deg, options.width)};
-  if (const double hinted_px = options.hints.focal_px; hinted_px > 0.0) {
-    focal.min_px = std::min(focal.min_px, (1.0 - options.hints.focal_share) * hinted_px);
-    focal.max_px = std::max(focal.max_px, (1.0 + options.hints.focal_share) * hinted_px);
-  }
+  seeding_.focal = focal_range(options);
   trial_ = workspace_.trial;
   best_ = workspace_.best;
   for (LineTrack* track : {&trial_, &best_}) {

@@ -43,6 +43,10 @@ struct LineMatcherOptions {
   MatchHints hints;  ///< none by default; a focal length widens the range of views to itself
 };
 
+/// Whether the options lie in their ranges, as LineMatcher::init() asks. A hint may widen the range of views as far as
+/// there are steps for: focal lengths of up to 25 sensor widths by default.
+[[nodiscard]] bool valid(const LineMatcherOptions& options);
+
 /// Where the object is in one window.
 struct WindowPoses {
   std::uint16_t window;

@@ -19,9 +19,16 @@ struct FocalRange {
   double max_px;
 };
 
-/// Focal lengths are tried in this ratio, at most so many: enough for 10 to 140 degrees of view.
+/// Focal lengths are tried in this ratio, at most so many: enough for 5 to 160 degrees of view.
 inline constexpr double kFocalRatio = 1.13;
-inline constexpr int kMaxFocalSteps = 32;
+inline constexpr int kMaxFocalSteps = 41;
+
+/// How many times the smallest one the largest of so many is.
+constexpr double focal_span() {
+  double span = 1.0;
+  for (int step = 1; step < kMaxFocalSteps; ++step) span *= kFocalRatio;
+  return span;
+}
 
 struct QuadPoseOptions {
   FocalRange focal{0, 0};

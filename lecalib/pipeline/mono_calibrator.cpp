@@ -99,6 +99,7 @@ Status MonoCalibrator::init(Span<std::byte> memory, const Capacities& capacities
   options_.noise.width = options_.detector.cloud.width = options_.matcher.width = capacities.sensor_width;
   options_.noise.height = options_.detector.cloud.height = options_.matcher.height = capacities.sensor_height;
   options_.matcher.provisional = options_.rounds > 1;
+  if (!valid(options_.matcher)) return Status::invalid_argument;
   model_ = model;
   window_length_us_ = options.window.first_us;
   WindowOptions window;

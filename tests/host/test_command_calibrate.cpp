@@ -137,6 +137,7 @@ TEST_CASE("lecalib calibrate: hints decide nothing that the lines tell otherwise
     if (calibrate(hints).exit_code != 0) continue;
     CHECK(json_of(folder / "calibration.json")["cameras"][0]["fx"] == doctest::Approx(blind).epsilon(sigma / blind));
   }
+  CHECK(calibrate({"--focal", "99999"}).err.find("--focal") != std::string::npos);
   CHECK(calibrate({"--hint-pose", "0,0,0,0,0"}).err.find("RX,RY,RZ,TX,TY,TZ") != std::string::npos);
 }
 

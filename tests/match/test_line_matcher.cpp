@@ -355,6 +355,23 @@ TEST_CASE("bad input is told by its status") {
   CHECK(bench.init(scene, bad) == Status::invalid_argument);
   CHECK(bench.matcher.step() == Status::wrong_state);
 
+  LineMatcherOptions views;
+  views.width = 640;
+  views.height = 480;
+  CHECK(valid(views));
+  views.hints.focal_px = 25.0 * 640;
+  CHECK(valid(views));
+  CHECK(bench.init(scene, options, views.hints) == Status::ok);
+  for (const double focal_px : {26.0 * 640, 0.02 * 640}) {
+    views.hints.focal_px = focal_px;
+    CHECK_FALSE(valid(views));
+    CHECK(bench.init(scene, options, views.hints) == Status::invalid_argument);
+  }
+  views.hints = {};
+  views.min_fov_deg = 5.0;
+  views.max_fov_deg = 160.0;
+  CHECK(valid(views));
+
   scene.lines[1][0].begin.x1 = std::numeric_limits<float>::infinity();
   CHECK(bench.init(scene, options) == Status::invalid_argument);
   scene.windows.clear();

@@ -195,6 +195,15 @@ TEST_CASE("one labeling of a face gives its focal length and pose, a wrong range
     }
   }
   CHECK(closest < 0.05);
+  // All of the views that a search may be asked for, 160 to 5 degrees, where the long end is this view's.
+  options.focal = {600.0 / 120.0, 600.0 * 1.08};
+  closest = 1e9;
+  for (int labeling = 0; labeling < kNumQuadLabelings; ++labeling) {
+    PoseGuess guesses[kMaxQuadGuesses];
+    const std::size_t count = guess_poses(quad, graph.quads[0], labeling, options, guesses);
+    for (std::size_t g = 0; g < count; ++g) closest = std::min(closest, std::abs(guesses[g].f_px / 600.0 - 1.0));
+  }
+  CHECK(closest < 0.1);
   options.focal = {3000.0, 4000.0};
   PoseGuess guesses[kMaxQuadGuesses];
   for (int labeling = 0; labeling < kNumQuadLabelings; ++labeling) {

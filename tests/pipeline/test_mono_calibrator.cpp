@@ -126,6 +126,9 @@ TEST_CASE("a mono calibrator refuses wrong arguments and calls out of turn") {
   MonoOptions no_threshold;
   no_threshold.detector.crossings.threshold = 0;
   CHECK(calibrator.init(memory.span(), c, no_threshold, kBox) == Status::invalid_argument);
+  MonoOptions far_view;
+  far_view.matcher.hints.focal_px = 30.0 * c.sensor_width;
+  CHECK(calibrator.init(memory.span(), c, far_view, kBox) == Status::invalid_argument);
   MonoOptions few_points;
   few_points.points.points_per_line = 2;
   CHECK(calibrator.init(memory.span(), c, few_points, kBox) == Status::invalid_argument);
