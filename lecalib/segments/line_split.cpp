@@ -12,7 +12,8 @@ namespace {
 
 /// Writes the pieces of a line that has gaps. @return how many; none when no piece is a line of its own
 std::size_t cut_line(const EventCloud& cloud, const LineFitOptions& options, const LineWorkspace& workspace,
-                     const MovingLine& line, Span<MovingLine> out) {
+                     const MovingLine& line, Span<MovingLine> out, std::uint32_t* dropped) {
+  if (out.empty()) return 0;
   EdgeRow row(line, workspace.histogram);
   const auto for_each_event = [&](float from, float to, auto visit) {
     for_each_near_line(cloud, line, from, to, row.band_px(), line.polarities, 1, visit);
@@ -26,7 +27,7 @@ std::size_t cut_line(const EventCloud& cloud, const LineFitOptions& options, con
   std::size_t count = 0;
   row.for_each_piece(gaps, [&](int first, int end) {
     const auto length = static_cast<float>(end - first);
-    if (count == out.size() || length < min_length) return;
+    if (length < min_length) return;
     const float from = row.start_px() + static_cast<float>(first);
     const float to = std::min(row.start_px() + static_cast<float>(end), row.end_px());
     MovingLine piece = line;
@@ -39,6 +40,10 @@ std::size_t cut_line(const EventCloud& cloud, const LineFitOptions& options, con
       if (first > 0) piece.low[k] = from + moved;
       if (end < row.size()) piece.high[k] = to + moved;
     }
+    if (count == out.size()) {
+      ++*dropped;
+      return;
+    }
     out[count++] = piece;
   });
   return count;
@@ -47,12 +52,12 @@ std::size_t cut_line(const EventCloud& cloud, const LineFitOptions& options, con
 }  // namespace
 
 std::size_t split_lines(const EventCloud& cloud, const LineFitOptions& options, const LineWorkspace& workspace,
-                        Span<MovingLine> lines, std::size_t* count) {
+                        Span<MovingLine> lines, std::size_t* count, std::uint32_t* dropped) {
   std::size_t cuts = 0;
   const std::size_t original = *count;
   for (std::size_t i = 0; i < original; ++i) {
     if (!lines[i].has_gap) continue;
-    const std::size_t pieces = cut_line(cloud, options, workspace, lines[i], lines.subspan(*count));
+    const std::size_t pieces = cut_line(cloud, options, workspace, lines[i], lines.subspan(*count), dropped);
     if (pieces == 0) continue;
     lines[i] = lines[*count + pieces - 1];
     *count += pieces - 1;
