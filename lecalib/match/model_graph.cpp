@@ -150,7 +150,7 @@ void find_sides(const ModelGraph& graph, double tolerance_m, Span<ModelSides> si
     double plane[4];
     if (!quad.closed || !outer_plane(quad, graph.lines, tolerance_m, &plane)) continue;
     for (const std::uint16_t line : quad.line) {
-      if (sides[line].num == 2) continue;
+      if (sides[line].num == 2) continue;  // no more faces of a solid meet in a line
       std::copy(plane, plane + 4, sides[line].plane[sides[line].num++]);
     }
   }

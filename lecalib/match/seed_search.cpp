@@ -97,7 +97,7 @@ class SeedFit {
     return true;
   }
 
-  /// The longest matches suffice for a seed.
+  /// The matches of most weight, which come first, suffice for a seed: the fit through all windows takes all.
   static constexpr std::size_t kMaxMatches = 32;
 
   const MatchScene& scene_;

@@ -91,6 +91,8 @@ class LineGrower {
     for_each_near_line(cloud_, line_, from, to, options_.band_px, polarities, stride_, [&](const LineEvent& event) {
       const std::uint8_t owner = list.owner[event.index];
       if (may_take_(owner) || shared_.may_have(line_, owner, event.along_px, event.tau)) {
+        // At kEnoughPerPx it is full after 2700 px, or where the line is denser than its beginning. What follows is no
+        // support: the line ends there, and its fit lists an even share of all.
         if (count == list.room) return;
         list.put(count++, event);
         return;

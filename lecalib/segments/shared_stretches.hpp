@@ -63,7 +63,9 @@ class SharedStretches {
   [[nodiscard]] bool is_other(std::uint8_t owner) const noexcept;
   [[nodiscard]] bool any_holds(const MovingLine& line, float s_px, float tau) const noexcept;
 
-  static constexpr int kMaxOthers = 6;  // of more, those that were found last count for nothing
+  // Of more, those count for nothing that were found last, from the weakest seeds: a line that so many others cross at
+  // small angles has hardly a stretch of its own, and of what is shared beyond max_shared_share only the middle goes.
+  static constexpr int kMaxOthers = 6;
   const MovingLine* others_[kMaxOthers] = {};
   float reach_px_[kMaxOthers] = {};
   int count_ = 0;
