@@ -21,7 +21,7 @@ Pose pose_between(const Pose& from, const Pose& to, double fraction) {
 }
 
 /// Whether the capacities are in the ranges that their docstrings give.
-bool are_valid(const Capacities& c) {
+bool capacities_are_valid(const Capacities& c) {
   const auto lies_in = [](std::uint32_t value, std::uint32_t first, std::uint32_t last) {
     return value - first <= last - first;
   };
@@ -80,7 +80,7 @@ Status MonoCalibrator::init(Span<std::byte> memory, const Capacities& capacities
                             Span<const ModelLine> model, const EdgeStages& edges) {
   phase_ = MonoPhase::idle;
   verdict_ = Status::wrong_state;
-  if (options.rounds < 1 || !are_valid(capacities) || !valid(options.window) || !valid(options.detector) ||
+  if (options.rounds < 1 || !capacities_are_valid(capacities) || !valid(options.window) || !valid(options.detector) ||
       !valid(options.points)) {
     return Status::invalid_argument;
   }

@@ -14,7 +14,7 @@ namespace {
 constexpr double kSquaresTolerance = 1e-3;
 
 /// Whether the workspace has room for the data, but for their edges.
-bool fits(const MonoSolverWorkspace& ws, const CalibrationData& data) {
+bool has_room(const MonoSolverWorkspace& ws, const CalibrationData& data) {
   const std::size_t lines = data.model.size();
   const std::size_t points = data.points.size();
   const std::size_t views = data.views.size();
@@ -53,7 +53,7 @@ Status MonoSolver::prepare(const CalibrationData& data, const MonoSolverOptions&
   if (const Status status = validate(data); status != Status::ok) return status;
   if (!(options.loss_width > 0.0) || options.refine.max_iterations <= 0 || options.max_attempts <= 0)
     return Status::invalid_argument;
-  if (!fits(workspace, data)) return Status::capacity_exceeded;
+  if (!has_room(workspace, data)) return Status::capacity_exceeded;
   const std::size_t views = data.views.size();
   data_ = data;
   options_ = options;

@@ -22,7 +22,7 @@ Status MonoSolver::init_on_edges(const CalibrationData& data, const MonoSolverOp
   if (data.edges.empty()) return Status::invalid_argument;
   const std::size_t points = data.points.size();
   if (workspace.corrected.size() < points || workspace.wrong_edges.size() < points ||
-      !fits(workspace.offsets, data.model.size())) {
+      !has_room(workspace.offsets, data.model.size())) {
     return Status::capacity_exceeded;
   }
   begin_edges();

@@ -81,7 +81,7 @@ constexpr bool carve(Carver& carver, const EdgeOffsetCapacities& c, EdgeOffsetWo
 }
 
 /// Whether the workspace has room for the offsets of so many model lines.
-constexpr bool fits(const EdgeOffsetWorkspace& ws, std::size_t model_lines) {
+constexpr bool has_room(const EdgeOffsetWorkspace& ws, std::size_t model_lines) {
   const std::size_t slots = kOffsetsPerLine * model_lines;
   const std::size_t n = kSharedOffsets + slots;
   return ws.value.size() >= n && ws.sigma.size() >= n && ws.slot.size() >= slots && ws.active.size() >= n &&
