@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "lecalib/host/raw_writer.hpp"
 
+#include <algorithm>
+
 #include "lecalib/core/time.hpp"
 
 namespace lecalib::host {
@@ -12,12 +14,15 @@ enum class Evt3 : std::uint16_t {
   address_x = 0x2,      // bit 11: polarity; one event
   vector_base_x = 0x3,  // bit 11: polarity; moves the vector's origin
   vector_12 = 0x4,      // one event per bit set; then the origin moves on by 12
+  vector_8 = 0x5,       // by 8
   time_low = 0x6,
   time_high = 0x8,
 };
 
-constexpr std::size_t kVectorWidth = 12;
-constexpr std::size_t kMinVectorEvents = 3;  // base and vector are two words: from three events on they are shorter
+// Sensors send words of 12, 12 and 8 columns after every base, all of them on the sensor. OpenEB takes the first for
+// all three and leaves them out where they reach beyond the sensor.
+constexpr unsigned kVectorWidth = 32;
+constexpr std::size_t kMinVectorEvents = 5;  // base and vectors are four words: from five events on they are shorter
 constexpr unsigned kTimeBits = 12;
 constexpr std::int64_t kTimeMask = (1 << kTimeBits) - 1;
 
@@ -30,21 +35,31 @@ void put(Evt3 type, unsigned payload, std::string* bytes) {
   bytes->push_back(static_cast<char>(word >> 8U));
 }
 
-void put_column(Evt3 type, const Event& event, std::string* bytes) {
-  put(type, event.x | (event.polarity != 0 ? 1U << 11U : 0U), bytes);
+void put_column(Evt3 type, unsigned x, std::uint8_t polarity, std::string* bytes) {
+  put(type, x | (polarity != 0 ? 1U << 11U : 0U), bytes);
 }
 
-/// How many of the events from `first` on fit into one vector: same time, row and polarity, ascending columns.
-std::size_t vector_length(Span<const Event> events, std::size_t first) {
-  const Event& base = events[first];
+/// How many of the events from `first` on fit into a vector from column `base_x` on: same time, row and polarity,
+/// ascending columns.
+std::size_t vector_length(Span<const Event> events, std::size_t first, unsigned base_x) {
+  const Event& begin = events[first];
   std::size_t count = 1;
   while (first + count < events.size()) {
     const Event& e = events[first + count];
-    if (e.t_us != base.t_us || e.y != base.y || e.polarity != base.polarity) break;
-    if (e.x <= events[first + count - 1].x || e.x >= base.x + kVectorWidth) break;
+    if (e.t_us != begin.t_us || e.y != begin.y || e.polarity != begin.polarity) break;
+    if (e.x <= events[first + count - 1].x || e.x >= base_x + kVectorWidth) break;
     ++count;
   }
   return count;
+}
+
+void put_vector(Span<const Event> events, unsigned base_x, std::string* bytes) {
+  std::uint32_t bits = 0;
+  for (const Event& e : events) bits |= 1U << (e.x - base_x);
+  put_column(Evt3::vector_base_x, base_x, events[0].polarity, bytes);
+  put(Evt3::vector_12, bits & 0xFFFU, bytes);
+  put(Evt3::vector_12, bits >> 12U & 0xFFFU, bytes);
+  put(Evt3::vector_8, bits >> 24U, bytes);
 }
 
 }  // namespace
@@ -105,16 +120,15 @@ MaybeError Evt3Encoder::append(Span<const Event> events, std::string* bytes) {
     put_time(e.t_us, bytes);
     if (e.y != row_) put(Evt3::address_y, e.y, bytes);
     row_ = e.y;
-    const std::size_t count = vector_length(events, i);
+    const bool has_vectors = width_ >= kVectorWidth;
+    const unsigned base_x = has_vectors ? std::min<unsigned>(e.x, width_ - kVectorWidth) : 0;
+    const std::size_t count = has_vectors ? vector_length(events, i, base_x) : 1;
     if (count < kMinVectorEvents) {
-      put_column(Evt3::address_x, e, bytes);
+      put_column(Evt3::address_x, e.x, e.polarity, bytes);
       ++i;
       continue;
     }
-    put_column(Evt3::vector_base_x, e, bytes);
-    unsigned bits = 0;
-    for (std::size_t k = 0; k < count; ++k) bits |= 1U << (events[i + k].x - e.x);
-    put(Evt3::vector_12, bits, bytes);
+    put_vector(events.subspan(i, count), base_x, bytes);
     i += count;
   }
   if (!events.empty()) last_us_ = events[events.size() - 1].t_us;

@@ -99,11 +99,31 @@ TEST_CASE("encode_evt3: one word per change of time, row and column") {
                                                         0x6006, 0x0004, 0x2809, 0x8001, 0x6001, 0x2809});
 }
 
-TEST_CASE("encode_evt3: three events or more within twelve columns become a vector") {
-  const std::vector<Event> events = {{0, 10, 0, 1}, {0, 12, 0, 1}, {0, 21, 0, 1}, {0, 22, 0, 1}};
-  const auto file = encode_evt3(events, 30, 1);
+TEST_CASE("encode_evt3: five events or more within 32 columns become a vector of 12, 12 and 8") {
+  std::vector<Event> events = {{0, 10, 0, 1}, {0, 12, 0, 1}, {0, 21, 0, 1},
+                               {0, 22, 0, 1}, {0, 41, 0, 1}, {0, 42, 0, 1}};
+  const auto file = encode_evt3(events, 50, 1);
   REQUIRE(file.ok());
-  CHECK(words_of(file.value()) == std::vector<unsigned>{0x8000, 0x6000, 0x0000, 0x380A, 0x4805, 0x2816});
+  CHECK(words_of(file.value()) ==
+        std::vector<unsigned>{0x8000, 0x6000, 0x0000, 0x380A, 0x4805, 0x4001, 0x5080, 0x282A});
+  events.erase(events.begin());
+  const auto none = encode_evt3(lecalib::Span<const Event>(events).first(4), 50, 1);
+  REQUIRE(none.ok());
+  CHECK(words_of(none.value()) == std::vector<unsigned>{0x8000, 0x6000, 0x0000, 0x280C, 0x2815, 0x2816, 0x2829});
+}
+
+TEST_CASE("encode_evt3: vectors end on the sensor, as those that sensors send") {
+  const std::vector<Event> events = {{0, 27, 0, 0}, {0, 28, 0, 0}, {0, 29, 0, 0}, {0, 30, 0, 0}, {0, 31, 0, 0}};
+  const auto wide = encode_evt3(events, 33, 1);
+  REQUIRE(wide.ok());
+  CHECK(words_of(wide.value()) == std::vector<unsigned>{0x8000, 0x6000, 0x0000, 0x3001, 0x4000, 0x4000, 0x507C});
+  // No room for 32 columns at all.
+  std::vector<Event> left = events;
+  for (Event& e : left) e.x = static_cast<std::uint16_t>(e.x - 1);
+  const auto narrow = encode_evt3(left, 31, 1);
+  REQUIRE(narrow.ok());
+  CHECK(words_of(narrow.value()) ==
+        std::vector<unsigned>{0x8000, 0x6000, 0x0000, 0x201A, 0x201B, 0x201C, 0x201D, 0x201E});
 }
 
 TEST_CASE("encode_evt3: no gap hides a roll-over of the 24-bit time") {
