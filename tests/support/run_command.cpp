@@ -32,9 +32,11 @@ void redirect(int stream, const std::string& path) {
   if (file < 0 || ::dup2(file, stream) < 0) ::_exit(kCannotRun);
 }
 
-/// The built program, or another build of it that the environment names: one with ThreadSanitizer, say.
+/// Another build of the program than the tests' own: one with ThreadSanitizer, say. Null: the environment names none.
+const char* other_lecalib() { return ::getenv("LECALIB_COMMAND"); }
+
 const char* path_of_lecalib() {
-  const char* const other = ::getenv("LECALIB_COMMAND");
+  const char* const other = other_lecalib();
   return other != nullptr ? other : LECALIB_COMMAND;
 }
 
@@ -81,5 +83,7 @@ CommandRun StartedCommand::finish() {
 CommandRun run_lecalib(const std::vector<std::string>& arguments, RunAs who, const std::string& output) {
   return StartedCommand(arguments, who, output).finish();
 }
+
+double max_hang_s() { return other_lecalib() == nullptr ? 2 : 20; }
 
 }  // namespace lecalib::test

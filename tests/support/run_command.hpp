@@ -46,4 +46,8 @@ CommandRun run_lecalib(const std::vector<std::string>& arguments, RunAs who = Ru
 
 inline constexpr int kCannotRun = 127;
 
+/// How soon the program ends once it has to, s. Another build that the environment names is given ten times as long: it
+/// may be one for ThreadSanitizer or valgrind.
+double max_hang_s();
+
 }  // namespace lecalib::test

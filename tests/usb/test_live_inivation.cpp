@@ -91,7 +91,7 @@ TEST_CASE("lecalib record: a DAVIS346 that is unplugged ends it at once, and the
   const CommandRun run = recorder.record("60");
   CHECK(run.exit_code == 1);
   CHECK(run.err == "lecalib: the camera was unplugged: " + recorder.path() + " holds what came before\n");
-  CHECK(recorder.bench.seconds_since_unplugged() < 2);
+  CHECK(recorder.bench.seconds_since_unplugged() < max_hang_s());
   const std::vector<Event> before = events_of(recorder.path());
   CHECK(before.size() > 50'000);
   const bool is_same = std::equal(before.begin(), before.end(), recorder.events.begin());
