@@ -110,7 +110,8 @@ TEST_CASE("event ring: storage must be a power of two") {
   for (const std::size_t size : {0U, 1U, 3U, 6U, 9U}) {
     CHECK(ring.init({storage.data(), size}, DropPolicy::newest) == Status::invalid_argument);
   }
-  for (const std::size_t size : {2U, 4U, 8U}) CHECK(ring.init({storage.data(), size}, DropPolicy::oldest) == Status::ok);
+  for (const std::size_t size : {2U, 4U, 8U})
+    CHECK(ring.init({storage.data(), size}, DropPolicy::oldest) == Status::ok);
 }
 
 TEST_CASE("event ring: events stay whole and are counted against a writer that never waits") {
