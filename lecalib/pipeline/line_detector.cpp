@@ -19,7 +19,8 @@ std::size_t settle_lines(const EventCloud& cloud, std::size_t count, const Detec
       extend_lines(cloud, options.extension, options.growth, options.fit, ws.fit, ws.lines, &count));
   stats->lines_merged += static_cast<std::uint32_t>(
       merge_lines(cloud, options.merge, options.extension.sharing, options.fit, ws.fit, ws.lines, &count));
-  stats->lines_cut = static_cast<std::uint32_t>(split_lines(cloud, options.fit, ws.fit, ws.lines, &count, &stats->lines_dropped));
+  stats->lines_cut =
+      static_cast<std::uint32_t>(split_lines(cloud, options.fit, ws.fit, ws.lines, &count, &stats->lines_dropped));
   return count;
 }
 
