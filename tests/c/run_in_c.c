@@ -3,10 +3,11 @@
 
 lecalib_status run_in_c(void* memory, size_t bytes, const lecalib_capacities* capacities,
                         const lecalib_model_line* model, size_t model_lines, const lecalib_event* events, size_t count,
-                        lecalib_camera* camera) {
+                        lecalib_calibrator** made, lecalib_camera* camera) {
   lecalib_calibrator* calibrator = NULL;
   lecalib_status status = lecalib_init(memory, bytes, capacities, model, model_lines, &calibrator);
   if (status != LECALIB_OK) return status;
+  *made = calibrator;
   while ((status = lecalib_push(calibrator, &events, &count)) == LECALIB_IN_PROGRESS) {
     while (lecalib_step(calibrator) == LECALIB_IN_PROGRESS) {
     }

@@ -8,10 +8,10 @@
 extern "C" {
 #endif
 
-/* Calibrates from all events, as a program in C would. */
+/* Calibrates from all events, as a program in C would. *made is the calibrator, in the memory. */
 lecalib_status run_in_c(void* memory, size_t bytes, const lecalib_capacities* capacities,
                         const lecalib_model_line* model, size_t model_lines, const lecalib_event* events, size_t count,
-                        lecalib_camera* camera);
+                        lecalib_calibrator** made, lecalib_camera* camera);
 
 #ifdef __cplusplus
 }

@@ -35,6 +35,7 @@ struct Outcome {
   Status status = Status::in_progress;
   CalibrationResult result;
   std::size_t views = 0;
+  CoverageHint hint = CoverageHint::none;
 };
 
 /// The same by the C++ interface.
@@ -63,6 +64,7 @@ Outcome run_in_cpp(const std::vector<Event>& events) {
   out.status = calibrator.result(&out.result);
   out.views = out.result.views.size();
   out.result.views = {};
+  out.hint = calibrator.coverage().hints[0];
   return out;
 }
 
@@ -74,14 +76,18 @@ TEST_CASE("c interface: a program in C gets the same camera as one in C++, witho
   const std::size_t bytes = lecalib_required_bytes(&kCapacities);
   std::vector<std::max_align_t> memory(bytes / sizeof(std::max_align_t) + 1);
   lecalib_camera camera{};
+  lecalib_calibrator* calibrator = nullptr;
   const test::AllocScope heap;
-  const lecalib_status status =
-      run_in_c(memory.data(), bytes, &kCapacities, kBox, std::size(kBox), c_events.data(), c_events.size(), &camera);
+  const lecalib_status status = run_in_c(memory.data(), bytes, &kCapacities, kBox, std::size(kBox), c_events.data(),
+                                         c_events.size(), &calibrator, &camera);
   const std::size_t allocations = heap.allocations();
   CHECK(allocations == 0);
   const Outcome expected = run_in_cpp(events);
   CHECK(status == static_cast<lecalib_status>(expected.status));
   CHECK(expected.status == Status::ok);
+  CHECK(lecalib_progress(calibrator) == 1);
+  CHECK(expected.hint != CoverageHint::none);
+  CHECK(lecalib_hint(calibrator) == static_cast<lecalib_coverage_hint>(expected.hint));
   CHECK(camera.views == expected.views);
   CHECK(camera.rms_px == expected.result.rms_px);
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) {
@@ -107,7 +113,7 @@ TEST_CASE("c interface: too little memory and calls out of turn are told by thei
   lecalib_camera camera{};
   CHECK(lecalib_result(calibrator, &camera) == LECALIB_WRONG_STATE);
   CHECK(lecalib_progress(calibrator) == 0);
-  CHECK(lecalib_hint(calibrator) == LECALIB_HINT_SHOW_OBJECT);
+  CHECK(lecalib_hint(calibrator) == LECALIB_HINT_NONE);
   CHECK(lecalib_finish(calibrator) == LECALIB_OK);
   CHECK(lecalib_step(calibrator) == LECALIB_TOO_FEW_LINES);
 }
