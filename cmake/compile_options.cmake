@@ -3,7 +3,7 @@
 function(lecalib_compile_options target)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
   target_compile_options(${target} PRIVATE
-    -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion -Wold-style-cast -Wvla -Wundef -Wnull-dereference
+    -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wold-style-cast -Wvla -Wundef -Wnull-dereference
     $<$<BOOL:${LECALIB_WARNINGS_AS_ERRORS}>:-Werror>)
   if(LECALIB_SANITIZE)
     target_compile_options(${target} PRIVATE
