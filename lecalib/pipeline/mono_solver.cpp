@@ -18,7 +18,7 @@ bool has_room(const MonoSolverWorkspace& ws, const CalibrationData& data) {
   const std::size_t lines = data.model.size();
   const std::size_t points = data.points.size();
   const std::size_t views = data.views.size();
-  const std::size_t rooms_and_needs[][2] = {{ws.guess.moments.size(), lines},
+  const std::size_t rooms_and_needs[][2] = {{ws.guess.sums.size(), lines},
                                             {ws.guess.lines.size(), lines},
                                             {ws.guess.linear.size(), views},
                                             {ws.guess.focal_lengths.size(), views},
@@ -60,7 +60,7 @@ Status MonoSolver::prepare(const CalibrationData& data, const MonoSolverOptions&
   workspace_ = workspace;
   workspace_.guess.views = workspace.guess.views.first(views);
   workspace_.guess.linear = workspace.guess.linear.first(views);
-  workspace_.guess.moments = workspace.guess.moments.first(data.model.size());
+  workspace_.guess.sums = workspace.guess.sums.first(data.model.size());
   workspace_.results = workspace.results.first(views);
   workspace_.residuals = workspace.residuals.first(data.points.size());
   workspace_.feet = workspace.feet.first(data.points.size());
@@ -81,7 +81,7 @@ Status MonoSolver::take_start(const MonoStart& start) {
   for (std::size_t v = 0; v < data_.views.size(); ++v) {
     RefineView& view = workspace_.guess.views[v];
     view.pose = start.T_cam_world[v];
-    view.used = count_lines(data_, data_.views[v], workspace_.guess.moments) >= kMinPosedLines;
+    view.used = count_lines(data_, data_.views[v], workspace_.guess.sums) >= kMinPosedLines;
   }
   Camera camera = start.camera;
   camera.width = data_.width;
@@ -91,7 +91,7 @@ Status MonoSolver::take_start(const MonoStart& start) {
 }
 
 ViewGeometry MonoSolver::classify() const {
-  return classify_views(data_, workspace_.guess.views, workspace_.guess.moments, workspace_.guess.lines);
+  return classify_views(data_, workspace_.guess.views, workspace_.guess.sums, workspace_.guess.lines);
 }
 
 void MonoSolver::begin_refinement(const Camera& camera, ViewGeometry geometry) {
@@ -217,7 +217,7 @@ Status MonoSolver::conclude(Status status) {
 
 bool MonoSolver::keeps_enough_lines(const CalibrationResult& result) const {
   std::size_t kept = 0;
-  for (const View& view : data_.views) kept += count_lines(data_, view, workspace_.guess.moments);
+  for (const View& view : data_.views) kept += count_lines(data_, view, workspace_.guess.sums);
   const double right = options_.ransac.min_right_share * static_cast<double>(kept + result.lines_left_out);
   return static_cast<double>(kept) >= right;
 }
@@ -248,8 +248,8 @@ void MonoSolver::summarise(CalibrationResult* result) {
   CalibrationData all = data_;
   all.left_out = {};
   for (const View& view : data_.views) {
-    result->lines_left_out += static_cast<std::uint32_t>(count_lines(all, view, workspace_.guess.moments) -
-                                                         count_lines(data_, view, workspace_.guess.moments));
+    result->lines_left_out += static_cast<std::uint32_t>(count_lines(all, view, workspace_.guess.sums) -
+                                                         count_lines(data_, view, workspace_.guess.sums));
   }
   result->views_left_out = static_cast<std::uint32_t>(data_.views.size() - views_used_);
   double squares = 0.0;
@@ -267,7 +267,7 @@ void MonoSolver::summarise_views(CalibrationResult* result) {
     const RefineView& view = workspace_.guess.views[v];
     ViewResult& out = workspace_.results[v];
     out = {};
-    out.lines = static_cast<std::uint32_t>(count_lines(data_, span, workspace_.guess.moments));
+    out.lines = static_cast<std::uint32_t>(count_lines(data_, span, workspace_.guess.sums));
     out.points = span.count;
     out.used = view.used;
     if (!view.used) continue;
@@ -283,7 +283,7 @@ void MonoSolver::summarise_views(CalibrationResult* result) {
 
 /// Residuals by line of one view. @return how many lines there are
 std::size_t MonoSolver::summarise_lines(const View& view, Span<ViewLineResult> out) {
-  const Span<LineSums> sums = workspace_.guess.moments;
+  const Span<LineSums> sums = workspace_.guess.sums;
   for (LineSums& sum : sums) sum.distances = {};
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {
     LineDistances& line = sums[data_.points[i].line].distances;

@@ -74,7 +74,7 @@ constexpr std::size_t max_line_results(const MonoSolverCapacities& c) {
 
 template <class Carver>
 constexpr bool carve(Carver& carver, const MonoSolverCapacities& capacities, MonoSolverWorkspace* out) {
-  return carver.carve(capacities.model_lines, &out->guess.moments) &&
+  return carver.carve(capacities.model_lines, &out->guess.sums) &&
          carver.carve(capacities.model_lines, &out->guess.lines) &&
          carver.carve(capacities.views, &out->guess.linear) &&
          carver.carve(capacities.views, &out->guess.focal_lengths) &&

@@ -65,7 +65,7 @@ Status MonoSolver::step_guess() {
 
 bool MonoSolver::has_few_lines() const {
   std::size_t lines = 0;
-  for (const View& view : data_.views) lines += count_lines(data_, view, workspace_.guess.moments);
+  for (const View& view : data_.views) lines += count_lines(data_, view, workspace_.guess.sums);
   return lines < kFewLinesInAll;
 }
 
@@ -82,7 +82,7 @@ bool MonoSolver::has_wrong_lines() {
 
 Status MonoSolver::begin_ransac() {
   const Status status =
-      ransac_.init(data_, options_.ransac, {workspace_.guess.moments, workspace_.guess.lines, workspace_.chosen},
+      ransac_.init(data_, options_.ransac, {workspace_.guess.sums, workspace_.guess.lines, workspace_.chosen},
                    workspace_.left_out);
   if (status == Status::ok) phase_ = Phase::ransac;
   return status;

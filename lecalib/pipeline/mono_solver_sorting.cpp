@@ -46,7 +46,7 @@ double MonoSolver::least_spread() const { return has_edges() ? kLeastEdgeSpread 
 /// Turns the standardised residuals of a view into shares of what is allowed: each point's own, or its line's.
 void MonoSolver::judge_view(const ReducedSystem& system, std::size_t index, double spread, Span<float> sizes) {
   const View& view = data_.views[index];
-  const Span<LineSums> sums = workspace_.guess.moments;
+  const Span<LineSums> sums = workspace_.guess.sums;
   const double limit = (has_edges() ? kRightEdgeSpreads : kRightSpreads) *
                        (options_.covariance.trust_sigma ? std::max(spread, least_spread()) : spread);
   for (LineSums& sum : sums) sum.judgement = {};
@@ -87,7 +87,7 @@ double MonoSolver::line_size(const ReducedSystem& system, std::size_t view, std:
 
 bool MonoSolver::sort_view(std::size_t index, Span<const float> sizes) {
   const View& view = data_.views[index];
-  const Span<LineSums> sums = workspace_.guess.moments;
+  const Span<LineSums> sums = workspace_.guess.sums;
   // The worst ones spoil what the others leave, so they go first.
   double worst = 0.0;
   for (std::size_t i = view.first; i < view.first + view.count; ++i) {

@@ -220,7 +220,7 @@ void InitialGuess::solve_view(std::size_t index) {
   view.shape = ModelShape::collinear;
   std::size_t count = 0;
   const Straightening straight = straightening();
-  fit_view_lines(data_, data_.views[index], straight, workspace_.moments, workspace_.lines, &count);
+  fit_view_lines(data_, data_.views[index], straight, workspace_.sums, workspace_.lines, &count);
   const Span<const ViewLine> lines = Span<const ViewLine>(workspace_.lines).first(count);
   const ModelFrame frame = find_model_frame(data_.model, lines);
   Eigen::Map<Mat3>(view.axes) = frame.axes;

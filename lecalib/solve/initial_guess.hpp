@@ -51,7 +51,7 @@ inline constexpr std::size_t kMaxStartCandidates = 4;
 
 /// Scratch and results of the search, from the caller.
 struct InitialGuessWorkspace {
-  Span<LineSums> moments;      ///< one per model line
+  Span<LineSums> sums;         ///< one per model line
   Span<ViewLine> lines;        ///< one per model line
   Span<LinearView> linear;     ///< one per view
   Span<double> focal_lengths;  ///< one per view

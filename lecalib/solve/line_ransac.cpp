@@ -48,7 +48,7 @@ Status LineRansac::init(const CalibrationData& data, const LineRansacOptions& op
   if (options.max_samples <= 0 || !(options.failure > 0.0 && options.failure < 1.0) || !(options.reach_share > 0.0) ||
       !(options.min_right_share >= 0.0 && options.min_right_share <= 1.0))
     return Status::invalid_argument;
-  if (workspace.moments.size() < data.model.size() || workspace.lines.size() < data.model.size() ||
+  if (workspace.sums.size() < data.model.size() || workspace.lines.size() < data.model.size() ||
       workspace.chosen.size() < data.model.size() || left_out.size() < data.points.size())
     return Status::capacity_exceeded;
   *this = LineRansac();
@@ -79,7 +79,7 @@ void LineRansac::begin_view() {
 
 void LineRansac::begin_straightening() {
   samples_ = 0;
-  fit_view_lines(data_, data_.views[view_], straightening(straightening_), workspace_.moments, workspace_.lines,
+  fit_view_lines(data_, data_.views[view_], straightening(straightening_), workspace_.sums, workspace_.lines,
                  &num_lines_);
   frame_ = find_model_frame(data_.model, Span<const ViewLine>(workspace_.lines).first(num_lines_));
   sample_size_ = frame_.shape == ModelShape::planar ? kMinPlanarLines : kMinNonPlanarLines;

@@ -25,9 +25,9 @@ struct LineRansacOptions {
 
 /// Scratch from the caller.
 struct LineRansacWorkspace {
-  Span<LineSums> moments;  ///< one per model line
-  Span<ViewLine> lines;    ///< one per model line
-  Span<ViewLine> chosen;   ///< one per model line
+  Span<LineSums> sums;    ///< one per model line
+  Span<ViewLine> lines;   ///< one per model line
+  Span<ViewLine> chosen;  ///< one per model line
 };
 
 class LineRansac {

@@ -212,7 +212,7 @@ TEST_CASE("capacities: a workspace that lacks one element of one array is refuse
       const auto shorten = [&](auto&... array) {
         ((array = array.first(array.size() - (index++ == shortened ? 1 : 0))), ...);
       };
-      shorten(less.guess.moments, less.guess.lines, less.guess.linear, less.guess.focal_lengths, less.guess.views,
+      shorten(less.guess.sums, less.guess.lines, less.guess.linear, less.guess.focal_lengths, less.guess.views,
               less.residuals, less.sorted_residuals, less.feet, less.results, less.line_results, less.left_out,
               less.chosen, less.responses);
       EdgeOffsetWorkspace& offsets = less.offsets;

@@ -11,7 +11,7 @@ namespace lecalib {
 namespace {
 
 struct Search {
-  std::vector<LineSums> moments;
+  std::vector<LineSums> sums;
   std::vector<ViewLine> lines;
   std::vector<LinearView> linear;
   std::vector<double> focal_lengths;
@@ -19,12 +19,12 @@ struct Search {
   InitialGuess guess;
 
   Status run(const test::SyntheticViews& s) {
-    moments.resize(s.model.size());
+    sums.resize(s.model.size());
     lines.resize(s.model.size());
     linear.resize(s.views.size());
     focal_lengths.resize(s.views.size());
     views.resize(s.views.size());
-    guess.init(s.data(), {}, {moments, lines, linear, focal_lengths, views});
+    guess.init(s.data(), {}, {sums, lines, linear, focal_lengths, views});
     return finish();
   }
   Status finish() {
@@ -117,9 +117,9 @@ TEST_CASE("views are classified by what they tell about the principal point") {
       views[v].pose = s.poses[v];
       views[v].used = true;
     }
-    std::vector<LineSums> moments(s.model.size());
+    std::vector<LineSums> sums(s.model.size());
     std::vector<ViewLine> lines(s.model.size());
-    return classify_views(s.data(), views, moments, lines);
+    return classify_views(s.data(), views, sums, lines);
   };
   CHECK(classify(make_views(0.0, 0.0, 1.0, 1, 0.0, 9)) == ViewGeometry::spatial);
   CHECK(classify(make_views(0.0, 0.0, 0.0, 4, 0.0, 9)) == ViewGeometry::planes);
@@ -138,7 +138,7 @@ TEST_CASE("a start knows its views' geometry as the views by themselves tell it"
       const test::SyntheticViews s = make_views(-0.1, 0.02, half_z, num_views, 0.3, 12);
       Search search;
       REQUIRE(search.run(s) == Status::ok);
-      const ViewGeometry expected = classify_views(s.data(), search.views, search.moments, search.lines);
+      const ViewGeometry expected = classify_views(s.data(), search.views, search.sums, search.lines);
       CHECK(search.guess.geometry() == expected);
     }
   }

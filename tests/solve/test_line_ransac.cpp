@@ -12,10 +12,10 @@ namespace {
 
 struct Search {
   explicit Search(const test::SyntheticViews& s)
-      : moments(s.model.size()), lines(s.model.size()), chosen(s.model.size()), left_out(s.points.size(), 7) {}
+      : sums(s.model.size()), lines(s.model.size()), chosen(s.model.size()), left_out(s.points.size(), 7) {}
 
   Status run(const test::SyntheticViews& s, const LineRansacOptions& options = {}) {
-    const Status ready = ransac.init(s.data(), options, {moments, lines, chosen}, left_out);
+    const Status ready = ransac.init(s.data(), options, {sums, lines, chosen}, left_out);
     if (ready != Status::ok) return ready;
     Status status = Status::in_progress;
     while (status == Status::in_progress) {
@@ -25,7 +25,7 @@ struct Search {
     return status;
   }
 
-  std::vector<LineSums> moments;
+  std::vector<LineSums> sums;
   std::vector<ViewLine> lines, chosen;
   std::vector<std::uint8_t> left_out;
   LineRansac ransac;
