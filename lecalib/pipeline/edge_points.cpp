@@ -212,31 +212,29 @@ bool are_valid(Span<const LineWindow> windows, Span<const LineMatch> matches) {
 }  // namespace
 
 Status make_edge_points(const EdgePointOptions& options, Span<const LineWindow> windows, Span<const LineMatch> matches,
-                        Span<LinePoint> points, Span<EdgePoint> edges, Span<View> views, std::size_t* num_points,
-                        std::size_t* num_views, EdgePointStats* stats) {
+                        const EdgePointRoom& room, ViewsMade* made, EdgePointStats* stats) {
   const std::size_t needed = kEdgePointsPerMatch * matches.size();
-  if (points.size() < needed || edges.size() < needed) return Status::capacity_exceeded;
+  if (room.points.size() < needed || room.edges.size() < needed) return Status::capacity_exceeded;
   if (!are_valid(windows, matches)) return Status::invalid_argument;
   EdgePointStats counted;
   const ScatterLimits limits(options, usual_scatter_px(options, windows, matches));
-  PointMaker maker(options, limits, needed, points, edges, &counted);
-  std::size_t made = 0;
+  PointMaker maker(options, limits, needed, room.points, room.edges, &counted);
+  std::size_t num_views = 0;
   for (std::size_t first = 0, last = 0; first < matches.size(); first = last) {
     const std::uint16_t index = matches[first].window;
     const LineWindow& window = windows[index];
     while (last < matches.size() && matches[last].window == index) ++last;
-    if (made + 2 > views.size()) return Status::capacity_exceeded;
+    if (num_views + 2 > room.views.size()) return Status::capacity_exceeded;
     const auto half_us = 0.5 * static_cast<double>(window.end_us - window.begin_us);
     for (int time = 0; time < 2; ++time) {
       const std::size_t start = maker.count();
       maker.add_view(window, matches.subspan(first, last - first), time);
       const double place = 1 + (time == 0 ? -1 : 1) * static_cast<double>(kEdgeTime);
-      views[made++] = {window.begin_us + static_cast<std::int64_t>(half_us * place), static_cast<std::uint32_t>(start),
-                       static_cast<std::uint32_t>(maker.count() - start)};
+      room.views[num_views++] = {window.begin_us + static_cast<std::int64_t>(half_us * place),
+                                 static_cast<std::uint32_t>(start), static_cast<std::uint32_t>(maker.count() - start)};
     }
   }
-  *num_points = maker.count();
-  *num_views = made;
+  *made = {maker.count(), num_views};
   if (stats != nullptr) *stats = counted;
   return Status::ok;
 }

@@ -5,9 +5,17 @@
 
 #include "lecalib/core/records.hpp"
 #include "lecalib/core/status.hpp"
+#include "lecalib/pipeline/view_points.hpp"
 #include "lecalib/solve/calibration_data.hpp"
 
 namespace lecalib {
+
+/// Where the views by edges come to lie.
+struct EdgePointRoom {
+  Span<LinePoint> points;  ///< [kEdgePointsPerMatch x matches] at least; what is beyond is room for other flanks
+  Span<EdgePoint> edges;   ///< [as points]
+  Span<View> views;        ///< [2 x matched windows] at least
+};
 
 /// Which edges count, and how much.
 struct EdgePointOptions {
@@ -50,14 +58,10 @@ inline constexpr std::size_t kEdgePointsPerMatch = 2 * kPointsPerEdge;
 /// that is not matched, runs along it and is dark on the side of it: then the model's line is drawn, with these as its
 /// flanks.
 /// @param matches ordered by window
-/// @param points  [kEdgePointsPerMatch x matches.size()] at least; what is beyond is room for other flanks
-/// @param edges   [as points]
-/// @param views   [2 x matched windows] at least
 /// @param stats   may be null
-/// @return ok | invalid_argument (an index out of range, matches not ordered) | capacity_exceeded;
-///         *num_points and *num_views unchanged unless ok
+/// @return ok | invalid_argument (an index out of range, matches not ordered) | capacity_exceeded; *made unchanged
+///         unless ok
 Status make_edge_points(const EdgePointOptions& options, Span<const LineWindow> windows, Span<const LineMatch> matches,
-                        Span<LinePoint> points, Span<EdgePoint> edges, Span<View> views, std::size_t* num_points,
-                        std::size_t* num_views, EdgePointStats* stats);
+                        const EdgePointRoom& room, ViewsMade* made, EdgePointStats* stats);
 
 }  // namespace lecalib

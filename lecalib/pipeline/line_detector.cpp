@@ -34,13 +34,14 @@ std::size_t write_lines(const EventCloud& cloud, Span<MovingLine> lines, const D
   const std::size_t count = std::min(lines.size(), out.size());
   const std::size_t per_line = ws.samples.size() / ws.lines.size();
   for (std::size_t i = 0; i < count; ++i) {
-    std::size_t num_samples = 0;
     const OwnEvents own(lines[i].id);
     SharedStretches shared(options.extension.sharing, lines, lines[i], own.filter());
     if (shared.share_of(lines[i]) <= 0) shared = {};  // the shape asks for every event
-    out[i] = shape_line(cloud, options.shape, options.fit.priors, ws.fit, lines[i], shared,
-                        ws.samples.subspan(i * per_line, per_line), &num_samples, &ws.shapes[i]);
-    if (per_line > 0) ws.num_samples[i] = static_cast<std::uint8_t>(num_samples);
+    const ShapedLine shaped = shape_line(cloud, options.shape, options.fit.priors, ws.fit, lines[i], shared,
+                                         ws.samples.subspan(i * per_line, per_line));
+    out[i] = shaped.record;
+    ws.shapes[i] = shaped.shape;
+    if (per_line > 0) ws.num_samples[i] = static_cast<std::uint8_t>(shaped.num_samples);
   }
   stats->lines_dropped += static_cast<std::uint32_t>(lines.size() - count);
   return count;

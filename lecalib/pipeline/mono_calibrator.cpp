@@ -250,14 +250,13 @@ std::size_t MonoCalibrator::find_turns() {
 }
 
 /// matches -> points, of edges or of lines
-Status MonoCalibrator::make_points(std::size_t* count) {
+Status MonoCalibrator::make_points(ViewsMade* made) {
   const Span<const LineWindow> windows = workspace_.bank.windows();
   if (!on_edges_) {
-    return make_view_points(options_.points, windows, matcher_.matches(), workspace_.points, workspace_.views, count,
-                            &num_views_);
+    return make_view_points(options_.points, windows, matcher_.matches(), workspace_.points, workspace_.views, made);
   }
-  return edges_.make_points(options_.edges, windows, matcher_.matches(), workspace_.points, workspace_.edges,
-                            workspace_.views, count, &num_views_, &stats_.edges);
+  return edges_.make_points(options_.edges, windows, matcher_.matches(),
+                            {workspace_.points, workspace_.edges, workspace_.views}, made, &stats_.edges);
 }
 
 /// @param on_edges solve by edges, or else, and where these don't suffice, by lines
@@ -277,9 +276,10 @@ Status MonoCalibrator::start_solver() {
   const Span<const WindowPoses> poses = matcher_.poses();
   stats_.windows_matched = static_cast<std::uint32_t>(poses.size());
   stats_.matches = static_cast<std::uint32_t>(matcher_.matches().size());
-  std::size_t num_points = 0;
-  const Status status = make_points(&num_points);
+  ViewsMade made;
+  const Status status = make_points(&made);
   if (status != Status::ok) return status;
+  num_views_ = made.views;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const double first = on_edges_ ? kFirstView : 0.0;
     workspace_.start_poses[2 * i] = pose_between(poses[i].begin, poses[i].end, first);
@@ -288,11 +288,11 @@ Status MonoCalibrator::start_solver() {
   CalibrationData data = {capacities_.sensor_width,
                           capacities_.sensor_height,
                           model_,
-                          {workspace_.points.data(), num_points},
+                          {workspace_.points.data(), made.points},
                           {workspace_.views.data(), num_views_}};
   MonoSolverOptions solver = options_.solver;
   if (on_edges_) {
-    data.edges = {workspace_.edges.data(), num_points};
+    data.edges = {workspace_.edges.data(), made.points};
     solver.covariance.line_errors = {};  // offsets are estimated
   }
   data.relative = workspace_.turns.first(find_turns());

@@ -251,7 +251,7 @@ class MonoCalibrator {
   Status begin_matching();
   Status begin_solving(bool on_edges);
   Status start_solver();
-  Status make_points(std::size_t* count);
+  Status make_points(ViewsMade* made);
   std::size_t find_turns();
   Status begin_next_round();
   Status advance(Status status);

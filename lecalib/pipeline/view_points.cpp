@@ -39,30 +39,28 @@ void point_on_line(const EventLine& line, bool at_end, double fraction, double* 
 }
 
 Status make_view_points(const ViewPointOptions& options, Span<const LineWindow> windows, Span<const LineMatch> matches,
-                        Span<LinePoint> points, Span<View> views, std::size_t* num_points, std::size_t* num_views) {
+                        Span<LinePoint> points, Span<View> views, ViewsMade* made) {
   const std::uint32_t n = options.points_per_line;
   if (!valid(options)) return Status::invalid_argument;
   if (points.size() < 2 * matches.size() * n) return Status::capacity_exceeded;
-  std::size_t used = 0;
-  std::size_t made = 0;
+  ViewsMade now;
   for (std::size_t first = 0, last = 0; first < matches.size(); first = last) {
     const std::uint16_t window = matches[first].window;
     if (window >= windows.size() || (first > 0 && matches[first - 1].window > window)) return Status::invalid_argument;
     while (last < matches.size() && matches[last].window == window) ++last;
-    if (made + 2 > views.size()) return Status::capacity_exceeded;
+    if (now.views + 2 > views.size()) return Status::capacity_exceeded;
     for (const bool at_end : {false, true}) {
-      const std::size_t start = used;
-      for (std::size_t m = first; m < last; ++m, used += n) {
+      const std::size_t start = now.points;
+      for (std::size_t m = first; m < last; ++m, now.points += n) {
         if (matches[m].line >= windows[window].lines.size()) return Status::invalid_argument;
         const EventLine& line = windows[window].lines[matches[m].line];
-        add_line(options, line, at_end, matches[m].model_line, &points[used]);
+        add_line(options, line, at_end, matches[m].model_line, &points[now.points]);
       }
-      views[made++] = {at_end ? windows[window].end_us : windows[window].begin_us, static_cast<std::uint32_t>(start),
-                       static_cast<std::uint32_t>(used - start)};
+      views[now.views++] = {at_end ? windows[window].end_us : windows[window].begin_us,
+                            static_cast<std::uint32_t>(start), static_cast<std::uint32_t>(now.points - start)};
     }
   }
-  *num_points = used;
-  *num_views = made;
+  *made = now;
   return Status::ok;
 }
 

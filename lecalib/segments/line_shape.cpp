@@ -237,14 +237,12 @@ void add_shape_priors(const LineShapeOptions& options, const LinePriors& priors,
   for (int i = 1; i < kNumShapeTerms; ++i) equations->add_prior(i, sigmas[i - 1], shape.terms[i]);
 }
 
-EventLine shape_line(const EventCloud& cloud, const LineShapeOptions& options, const LinePriors& priors,
-                     const LineWorkspace& workspace, const MovingLine& line, const SharedStretches& shared,
-                     Span<LineSample> samples, std::size_t* num_samples, LineShape* shape) {
+ShapedLine shape_line(const EventCloud& cloud, const LineShapeOptions& options, const LinePriors& priors,
+                      const LineWorkspace& workspace, const MovingLine& line, const SharedStretches& shared,
+                      Span<LineSample> samples) {
   ShapeFitter fitter(cloud, options, priors, workspace, line, shared);
   fitter.fit();
-  if (num_samples != nullptr) *num_samples = fitter.write_samples(samples);
-  if (shape != nullptr) *shape = fitter.shape();
-  return fitter.record();
+  return {fitter.record(), fitter.shape(), fitter.write_samples(samples)};
 }
 
 }  // namespace lecalib

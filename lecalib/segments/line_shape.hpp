@@ -63,15 +63,19 @@ int shape_columns(const LineShape& shape);
 void add_shape_priors(const LineShapeOptions& options, const LinePriors& priors, const LineShape& shape,
                       ShapeEquations* equations);
 
+struct ShapedLine {
+  EventLine record;
+  LineShape shape;
+  std::size_t num_samples = 0;  ///< written
+};
+
 /// Fits the shape to the line's events, its own and free ones.
 /// @param priors   of what a fitted line has too
 /// @param shared   events there are left out
 /// @param samples  room for what stands for the events in a later fit: their means over stretches of the line and of
 ///                 time, each with its sigma; may be empty
-/// @param[out] num_samples  how many were written; may be null when there is no room
-/// @param[out] shape        what was fitted; may be null
-EventLine shape_line(const EventCloud& cloud, const LineShapeOptions& options, const LinePriors& priors,
-                     const LineWorkspace& workspace, const MovingLine& line, const SharedStretches& shared,
-                     Span<LineSample> samples, std::size_t* num_samples, LineShape* shape = nullptr);
+ShapedLine shape_line(const EventCloud& cloud, const LineShapeOptions& options, const LinePriors& priors,
+                      const LineWorkspace& workspace, const MovingLine& line, const SharedStretches& shared,
+                      Span<LineSample> samples);
 
 }  // namespace lecalib

@@ -41,11 +41,10 @@ struct Fixture {
   std::vector<View> views = std::vector<View>(4);
   EdgePointOptions options;
   EdgePointStats stats;
-  std::size_t num_points = 99;
-  std::size_t num_views = 99;
+  ViewsMade made = {99, 99};
   Status make() {
     for (LineWindow& window : windows) window.lines = lines;
-    return make_edge_points(options, windows, matches, points, edges, views, &num_points, &num_views, &stats);
+    return make_edge_points(options, windows, matches, {points, edges, views}, &made, &stats);
   }
 };
 
@@ -54,8 +53,8 @@ struct Fixture {
 TEST_CASE("edge points: each matched window gives two views about its middle, each edge three points in each") {
   Fixture f;
   REQUIRE(f.make() == Status::ok);
-  REQUIRE(f.num_views == 4);
-  REQUIRE(f.num_points == 18);
+  REQUIRE(f.made.views == 4);
+  REQUIRE(f.made.points == 18);
   const std::int64_t times[] = {1320, 1680, 2640, 3360};  // 0.36 of half a window
   const std::uint32_t counts[] = {6, 6, 3, 3};
   for (std::size_t i = 0; i < 4; ++i) {
@@ -98,8 +97,8 @@ TEST_CASE("edge points: blurred edges and missing ones are left out, faint ones 
   f.lines[0].edge.crossings = 0;
   f.lines[1].edge.scatter_px = 0.3F;
   REQUIRE(f.make() == Status::ok);
-  CHECK(f.num_points == 0);
-  CHECK(f.num_views == 4);
+  CHECK(f.made.points == 0);
+  CHECK(f.made.views == 4);
   CHECK(f.stats.without_edge == 1);
   CHECK(f.stats.blurred == 2);
 
@@ -108,11 +107,11 @@ TEST_CASE("edge points: blurred edges and missing ones are left out, faint ones 
   f.windows.resize(1);
   f.matches = {{0, 0, 5, false}, {0, 1, 6, false}, {0, 2, 7, false}};
   REQUIRE(f.make() == Status::ok);
-  CHECK(f.num_points == 18);
+  CHECK(f.made.points == 18);
   CHECK(f.points[6].sigma_px > 2 * f.points[3].sigma_px);  // but less is trusted to them
   f.options.strong_lines = 2;
   REQUIRE(f.make() == Status::ok);
-  CHECK(f.num_points == 12);
+  CHECK(f.made.points == 12);
   CHECK(f.stats.faint == 1);
 }
 
@@ -159,7 +158,7 @@ TEST_CASE("edge points: a drawn line has two flanks, dark between them") {
   // Moving down, the line at 10 is OFF: it is dark above. So it is the lower flank, and ON comes behind it.
   f.lines = {make_line(10, -1), make_line(7, 1), make_line(5, 1), make_line(12, 1), make_line(9, -1)};
   REQUIRE(f.make() == Status::ok);
-  REQUIRE(f.num_points == 12);
+  REQUIRE(f.made.points == 12);
   CHECK(f.points[3].line == 5);
   CHECK(f.points[3].v_px == 7.0);  // the nearest of those on that side
   CHECK(f.edges[0].model_side == -1);
@@ -168,7 +167,7 @@ TEST_CASE("edge points: a drawn line has two flanks, dark between them") {
 
   f.points.resize(11);  // room for what is matched alone
   REQUIRE(f.make() == Status::ok);
-  CHECK(f.num_points == 9);
+  CHECK(f.made.points == 9);
   CHECK(f.stats.flanks == 1);
   CHECK(f.stats.flanks_dropped == 1);
   f.points.resize(36);
@@ -180,10 +179,10 @@ TEST_CASE("edge points: a drawn line has two flanks, dark between them") {
   f.lines.resize(2);
   f.lines[1].edge.speed_px_per_s = -500;  // it moves the other way
   REQUIRE(f.make() == Status::ok);
-  CHECK(f.num_points == 6);
+  CHECK(f.made.points == 6);
   f.lines[1] = make_line(1, 1);  // it is too far away
   REQUIRE(f.make() == Status::ok);
-  CHECK(f.num_points == 6);
+  CHECK(f.made.points == 6);
 }
 
 TEST_CASE("edge points: what does not fit or is out of order is refused, and nothing is told") {
@@ -203,6 +202,6 @@ TEST_CASE("edge points: what does not fit or is out of order is refused, and not
   CHECK(f.make() == Status::invalid_argument);
   f.matches = {{1, 0, 5, false}, {0, 0, 5, false}};
   CHECK(f.make() == Status::invalid_argument);
-  CHECK(f.num_points == 99);
-  CHECK(f.num_views == 99);
+  CHECK(f.made.points == 99);
+  CHECK(f.made.views == 99);
 }

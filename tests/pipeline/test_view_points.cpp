@@ -27,10 +27,9 @@ struct Fixture {
   std::vector<LineMatch> matches = {{0, 1, 7, false}, {0, 0, 3, true}, {2, 0, 3, false}};
   std::vector<LinePoint> points = std::vector<LinePoint>(18);
   std::vector<View> views = std::vector<View>(4);
-  std::size_t num_points = 99;
-  std::size_t num_views = 99;
+  ViewsMade made = {99, 99};
   Status make(const ViewPointOptions& options = {}) {
-    return make_view_points(options, windows, matches, points, views, &num_points, &num_views);
+    return make_view_points(options, windows, matches, points, views, &made);
   }
 };
 
@@ -39,8 +38,8 @@ struct Fixture {
 TEST_CASE("each matched window gives a view at its begin and one at its end") {
   Fixture f;
   REQUIRE(f.make() == Status::ok);
-  REQUIRE(f.num_views == 4);
-  REQUIRE(f.num_points == 18);
+  REQUIRE(f.made.views == 4);
+  REQUIRE(f.made.points == 18);
   const std::int64_t times[] = {0, 100, 200, 300};
   const std::uint32_t firsts[] = {0, 6, 12, 15};
   const std::uint32_t counts[] = {6, 6, 3, 3};
@@ -115,6 +114,6 @@ TEST_CASE("wrong arguments leave the outputs alone") {
     f.views.pop_back();
     CHECK(f.make() == Status::capacity_exceeded);
   }
-  CHECK(f.num_points == 99);
-  CHECK(f.num_views == 99);
+  CHECK(f.made.points == 99);
+  CHECK(f.made.views == 99);
 }

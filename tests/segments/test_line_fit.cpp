@@ -56,7 +56,7 @@ FitOutcome grow_and_fit(const EventCloud& cloud, const Workspace& memory, Moving
 
 EventLine shape(const EventCloud& cloud, const Workspace& memory, const MovingLine& line,
                 const LineShapeOptions& options = {}) {
-  return shape_line(cloud, options, LinePriors{}, memory.workspace, line, {}, {}, nullptr);
+  return shape_line(cloud, options, LinePriors{}, memory.workspace, line, {}, {}).record;
 }
 
 }  // namespace
