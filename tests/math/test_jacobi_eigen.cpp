@@ -25,8 +25,8 @@ void check_decomposition(const Eigen::MatrixXd& A, const Eigen::VectorXd& values
                          double slack) {
   const double tolerance = slack * (A.norm() + std::numeric_limits<double>::min());
   CHECK((values - test::dense_eigenvalues(A)).cwiseAbs().maxCoeff() <= tolerance);
-  CHECK((A * V - V * values.asDiagonal()).norm() <= tolerance);
-  CHECK((V.transpose() * V - Eigen::MatrixXd::Identity(A.rows(), A.rows())).norm() <= slack);
+  CHECK((test::dense_product(A, V) - V * values.asDiagonal()).norm() <= tolerance);
+  CHECK((test::dense_product(V.transpose(), V) - Eigen::MatrixXd::Identity(A.rows(), A.rows())).norm() <= slack);
   for (Eigen::Index i = 0; i + 1 < values.size(); ++i) CHECK(values(i) <= values(i + 1));
 }
 

@@ -3,10 +3,10 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <vector>
 
 #include "lecalib/core/rng.hpp"
+#include "support/dense_algebra.hpp"
 
 namespace lecalib {
 namespace {
@@ -28,13 +28,13 @@ TEST_CASE("packed Cholesky: solves as a dense decomposition does") {
       right(i) = rng.uniform(-1.0, 1.0);
       for (Eigen::Index j = 0; j < n + 3; ++j) half(i, j) = rng.uniform(-1.0, 1.0);
     }
-    const Eigen::MatrixXd matrix = half * half.transpose();
+    const Eigen::MatrixXd matrix = test::dense_product(half, half.transpose());
     std::vector<double> factor = packed(matrix);
     std::vector<double> x(right.data(), right.data() + n);
     const auto size = static_cast<std::size_t>(n);
     REQUIRE(factor_packed(factor, size));
     solve_packed(factor, size, x);
-    const Eigen::VectorXd expected = matrix.ldlt().solve(right);
+    const Eigen::VectorXd expected = test::dense_solve(matrix, right);
     const Eigen::Map<const Eigen::VectorXd> found(x.data(), n);
     CHECK((found - expected).norm() <= 1e-9 * expected.norm());
   }

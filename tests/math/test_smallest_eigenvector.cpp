@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "lecalib/core/rng.hpp"
+#include "support/dense_algebra.hpp"
 
 namespace lecalib {
 namespace {
@@ -21,8 +22,7 @@ Mat9 with_eigenvalues(Rng& rng, const Vec9& values, Vec9* first) {
     Q -= (2.0 / v.squaredNorm()) * Qv * v.transpose();
   }
   *first = Q.col(0);
-  const Mat9 scaled = Q * values.asDiagonal();
-  const Mat9 a = scaled * Q.transpose();
+  const Mat9 a = test::dense_product(Q * values.asDiagonal(), Q.transpose());
   return 0.5 * (a + a.transpose());
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "lecalib/pipeline/line_detector.hpp"
 #include "lecalib/segments/line_crossings.hpp"
 #include "support/alloc_counter.hpp"
+#include "support/dense_algebra.hpp"
 #include "support/edge_stream.hpp"
 #include "support/guarded_arena.hpp"
 
@@ -270,19 +270,19 @@ TEST_CASE("line edges: at their places and times the errors of a fit are not cor
   constexpr int kSteps = 200;
   using Row = Eigen::Matrix<double, 6, 1>;
   const auto row = [](double u, double t) { return (Row() << 1, u, u * u, t, t * u, t * u * u).finished(); };
-  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+  Mat6 normal = Mat6::Zero();
   for (int i = 0; i < kSteps; ++i) {
     for (int k = 0; k < kSteps; ++k) {
       const Row r = row(2 * (i + 0.5) / kSteps - 1, 2 * (k + 0.5) / kSteps - 1);
       normal += r * r.transpose() / (kSteps * kSteps);
     }
   }
-  Eigen::Matrix<double, 6, 6> places;
+  Mat6 places;
   for (int n = 0; n < 6; ++n) {
     const double t = (n < 3 ? -1 : 1) / std::sqrt(3.0);
     places.row(n) = row(double{kEdgePlaces[n % 3]}, t).transpose();
   }
-  const Eigen::Matrix<double, 6, 6> covariance = places * normal.inverse() * places.transpose();
+  const Eigen::MatrixXd covariance = dense_product(places, dense_solve(normal, places.transpose()));
   for (int i = 0; i < 6; ++i) {
     for (int k = 0; k < 6; ++k) {
       const double expected = i == k ? 2 / double{kEdgePlaceWeights[i % 3]} : 0;

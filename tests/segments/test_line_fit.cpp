@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <initializer_list>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "lecalib/segments/line_merge.hpp"
 #include "lecalib/segments/line_shape.hpp"
 #include "support/cloud_of.hpp"
+#include "support/dense_algebra.hpp"
 #include "support/guarded_arena.hpp"
 
 using namespace lecalib;
@@ -92,15 +92,15 @@ TEST_CASE("moving line: stands on both segments it is made of, and recentring ke
 TEST_CASE("line equations: the solution and its covariance are Eigen's") {
   Rng rng(3);
   LineEquations equations;
-  Eigen::Matrix<double, 5, 5> a = Eigen::Matrix<double, 5, 5>::Zero();
-  Eigen::Matrix<double, 5, 1> b = Eigen::Matrix<double, 5, 1>::Zero();
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(5, 5);
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(5);
   for (int i = 0; i < 400; ++i) {
     const double s = rng.uniform(-120, 120);
     const double tau = rng.uniform(-1, 1);
     const double d = 2 + 0.01 * s - 3 * tau + 0.5 * normal(&rng);
     const double w = rng.uniform(0.1, 1);
     equations.add(static_cast<float>(s), static_cast<float>(tau), static_cast<float>(d), static_cast<float>(w));
-    Eigen::Matrix<double, 5, 1> row;
+    Eigen::VectorXd row(5);
     row << 1, s / 64, tau, s / 64 * tau, s / 64 * s / 64;
     a += w * row * row.transpose();
     b += w * d * row;
@@ -111,8 +111,8 @@ TEST_CASE("line equations: the solution and its covariance are Eigen's") {
   a(2, 2) += variance / double{priors.motion_px * priors.motion_px};
   a(3, 3) += variance / double{priors.turn_px * priors.turn_px};
   a(4, 4) += variance / double{priors.bend_px * priors.bend_px};
-  const Eigen::Matrix<double, 5, 1> expected = a.ldlt().solve(b);
-  const Eigen::Matrix<double, 5, 5> inverse = a.inverse();
+  const Eigen::VectorXd expected = dense_solve(a, b);
+  const Eigen::MatrixXd inverse = dense_inverse(a);
   float m[5];
   float covariance[15];
   REQUIRE(equations.solve(priors, 0.3F, m, covariance));

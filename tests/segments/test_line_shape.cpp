@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <initializer_list>
 #include <vector>
@@ -9,23 +8,22 @@
 #include "lecalib/core/rng.hpp"
 #include "lecalib/segments/line_kink.hpp"
 #include "lecalib/segments/shape_equations.hpp"
+#include "support/dense_algebra.hpp"
 #include "support/moving_edges.hpp"
 
 using namespace lecalib;
 using namespace lecalib::test;
 
 TEST_CASE("shape equations: the solution and its variance are Eigen's") {
-  using Matrix = Eigen::Matrix<double, kNumShapeTerms, kNumShapeTerms>;
-  using Vector = Eigen::Matrix<double, kNumShapeTerms, 1>;
   const auto terms = [](double u, double t) {
-    Vector row;
+    Eigen::VectorXd row(kNumShapeTerms);
     row << 1, u, t, u * t, u * u, t * t, u * t * t, u * u * t, u * u * u, u * u * u * u;
     return row;
   };
   Rng rng(5);
   ShapeEquations equations;
-  Matrix a = Matrix::Zero();
-  Vector b = Vector::Zero();
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(kNumShapeTerms, kNumShapeTerms);
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(kNumShapeTerms);
   for (int i = 0; i < 300; ++i) {
     const double u = rng.uniform(-1, 1);
     const double t = rng.uniform(-1, 1);
@@ -40,13 +38,14 @@ TEST_CASE("shape equations: the solution and its variance are Eigen's") {
   b(9) -= 0.3 / (0.05 * 0.05);
   float change[kNumShapeTerms];
   REQUIRE(equations.solve(change));
-  const Vector expected = a.ldlt().solve(b);
+  const Eigen::VectorXd expected = dense_solve(a, b);
+  const Eigen::MatrixXd inverse = dense_inverse(a);
   for (int i = 0; i < kNumShapeTerms; ++i)
     CHECK(static_cast<double>(change[i]) == doctest::Approx(expected(i)).epsilon(1e-3).scale(1));
   for (const double u : {-1.0, 0.3, 1.0}) {
-    const Vector row = terms(u, -1);
+    const Eigen::VectorXd row = terms(u, -1);
     CHECK(static_cast<double>(equations.variance(static_cast<float>(u), -1)) ==
-          doctest::Approx(row.dot(a.inverse() * row)).epsilon(1e-3));
+          doctest::Approx(dense_product(row.transpose(), dense_product(inverse, row))(0, 0)).epsilon(1e-3));
     double value = 0;
     for (int i = 0; i < kNumShapeTerms; ++i) value += static_cast<double>(change[i]) * row(i);
     CHECK(static_cast<double>(shape_at(change, static_cast<float>(u), -1)) == doctest::Approx(value).epsilon(1e-4));

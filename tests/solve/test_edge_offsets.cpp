@@ -64,7 +64,7 @@ struct Dense {
       x(c) = -step;
       jacobian.col(c) = (after - residuals_at(x)) / (2 * step);
     }
-    information = jacobian.transpose() * jacobian;
+    information = test::dense_product(jacobian.transpose(), jacobian);
     for (Eigen::Index i = 0; i < num_offsets; ++i) {
       information(poses_end + i, poses_end + i) += 1 / (sigmas(i) * sigmas(i));
     }
@@ -94,7 +94,8 @@ TEST_CASE("edge offsets: the step and the covariance are those of one dense syst
   s.begin(options, all_free());
   CHECK(s.offsets.size() == kSharedOffsets + 8 * 6);
   const Dense dense(s, s.offsets, prior_sigmas(s));
-  const Vector step = test::dense_solve(dense.information, -dense.jacobian.transpose() * dense.residuals);
+  const Vector step =
+      test::dense_solve(dense.information, -test::dense_product(dense.jacobian.transpose(), dense.residuals));
   const Matrix covariance = test::dense_inverse(dense.information);
 
   ReducedSystem system;

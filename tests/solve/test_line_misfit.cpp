@@ -2,11 +2,11 @@
 /// How badly a line fits the others, against the solution found without it.
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <vector>
 
 #include "lecalib/solve/refine.hpp"
+#include "support/dense_algebra.hpp"
 #include "support/dense_problem.hpp"
 #include "support/synthetic_views.hpp"
 
@@ -88,7 +88,7 @@ double brute_force(const SyntheticViews& s, std::uint16_t line) {
     if (left_out[static_cast<std::size_t>(i)] == 0) N += J.row(i).transpose() * J.row(i);
   }
   for (Eigen::Index k = 0; k < 9; ++k) N(k, k) += radial_only().free[k] ? 0.0 : 1.0;
-  const Eigen::MatrixXd covariance = N.inverse();
+  const Eigen::MatrixXd covariance = test::dense_inverse(N);
   const Eigen::VectorXd residuals = test::dense_residuals(all, at, Eigen::VectorXd::Zero(n));
   const auto count = static_cast<Eigen::Index>(rows.size());
   Eigen::MatrixXd A(count, n);
@@ -97,8 +97,9 @@ double brute_force(const SyntheticViews& s, std::uint16_t line) {
     A.row(i) = J.row(rows[static_cast<std::size_t>(i)]);
     r(i) = residuals(rows[static_cast<std::size_t>(i)]);
   }
-  const Eigen::MatrixXd spread = Eigen::MatrixXd::Identity(count, count) + A * covariance * A.transpose();
-  return r.dot(spread.inverse() * r);
+  Eigen::MatrixXd spread = test::dense_product(A, test::dense_product(covariance, A.transpose()));
+  spread.diagonal().array() += 1.0;
+  return r.dot(test::dense_solve(spread, r).col(0));
 }
 
 TEST_CASE("line misfit: it is that to the solution without the line, whether the line is in use or not") {

@@ -3,11 +3,11 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Cholesky>
 #include <vector>
 
 #include "lecalib/math/line_projection.hpp"
 #include "lecalib/math/so3.hpp"
+#include "support/dense_algebra.hpp"
 
 using namespace lecalib;
 
@@ -39,7 +39,7 @@ Pose sheet_pose(const Vec3& turn, double distance) {
 
 /// Of a fixed pixel from the line's image, by the camera's nine parameters and the pose's six.
 double distance_of(const Camera& at, const ModelLine& line, const Pose& pose, const Vec2& pixel,
-                   const Eigen::Matrix<double, 15, 1>& step) {
+                   const Eigen::VectorXd& step) {
   Camera moved = at;
   for (std::size_t i = 0; i < kNumIntrinsics; ++i) moved.*kIntrinsics[i] += step(static_cast<Eigen::Index>(i));
   const Mat3 turn = so3_exp(step.segment<3>(9));
@@ -63,26 +63,25 @@ constexpr bool kNoneHeld[9] = {};
 
 TEST_CASE("next_view: a view's information is that of finite differences with the pose marginalised") {
   const Pose pose = sheet_pose(Vec3(0.4, -0.3, 0.2), 0.5);
-  Eigen::Matrix<double, 15, 15> normal = Eigen::Matrix<double, 15, 15>::Zero();
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(15, 15);
   for (const ModelLine& line : sheet()) {
     for (const double s : {1 / 6.0, 0.5, 5 / 6.0}) {
       const Vec3 x = (1 - s) * Eigen::Map<const Vec3>(line.p) + s * Eigen::Map<const Vec3>(line.q);
       Vec2 pixel;
       REQUIRE(project(camera(), rotation_of(pose) * x + translation_of(pose), &pixel));
-      Eigen::Matrix<double, 15, 1> row;
+      Eigen::MatrixXd row(15, 1);
       for (int i = 0; i < 15; ++i) {
         const double h = i < 4 ? 1e-3 : 1e-6;
-        const Eigen::Matrix<double, 15, 1> step = h * Eigen::Matrix<double, 15, 1>::Unit(i);
+        const Eigen::VectorXd step = h * Eigen::VectorXd::Unit(15, i);
         row(i) = (distance_of(camera(), line, pose, pixel, step) - distance_of(camera(), line, pose, pixel, -step)) /
                  (2 * h);
       }
-      normal += row * row.transpose() / (0.2 * 0.2);
+      normal += test::dense_product(row, row.transpose()) / (0.2 * 0.2);
     }
   }
-  const Mat9 expected =
-      normal.topLeftCorner<9, 9>() -
-      normal.topRightCorner<9, 6>() *
-          normal.bottomRightCorner<6, 6>().ldlt().solve(Eigen::Matrix<double, 6, 9>(normal.bottomLeftCorner<6, 9>()));
+  const Eigen::MatrixXd by_pose = test::dense_solve(normal.bottomRightCorner(6, 6), normal.bottomLeftCorner(6, 9));
+  const Eigen::MatrixXd expected =
+      normal.topLeftCorner(9, 9) - test::dense_product(normal.topRightCorner(9, 6), by_pose);
   Mat9 information = Mat9::Zero();
   CHECK(add_view_information(camera(), sheet(), pose, 0.2, &information) == 4);
   for (int i = 0; i < 9; ++i) {
@@ -119,7 +118,7 @@ TEST_CASE("next_view: a sheet seen frontally is to be tilted, for the focal leng
   for (int view = 0; view < 4; ++view) {
     add_view_information(camera(), sheet(), sheet_pose(Vec3(0, 0.4363, 0), 0.5), 0.1, &tilting);
   }
-  CHECK(tilted <= std::sqrt(tilting.inverse()(0, 0)) * 1.001);
+  CHECK(tilted <= std::sqrt(test::dense_inverse(tilting)(0, 0)) * 1.001);
 }
 
 TEST_CASE("next_view: a move that loses the object promises nothing, and open information is refused") {

@@ -3,12 +3,12 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "lecalib/math/line_projection.hpp"
+#include "support/dense_algebra.hpp"
 #include "support/synthetic_views.hpp"
 
 namespace lecalib {
@@ -126,6 +126,11 @@ Eigen::MatrixXd free_columns(const Problem& p, Eigen::VectorXd* r) {
   return free;
 }
 
+/// A inverse(U'U) A': how much each row of A pulls on a solution from the rows of U.
+Eigen::MatrixXd leverage(const Eigen::MatrixXd& A, const Eigen::MatrixXd& U) {
+  return test::dense_product(A, test::dense_solve(test::dense_product(U.transpose(), U), A.transpose()));
+}
+
 TEST_CASE("standardised residuals are r / sqrt(1 - h) with the dense equations' leverages") {
   Problem p = make_problem(3, 0.5, 0.02, 9);
   p.init(no_priors(), {});
@@ -134,7 +139,7 @@ TEST_CASE("standardised residuals are r / sqrt(1 - h) with the dense equations' 
   REQUIRE(p.refiner.standardised_residuals(standardised));
   Eigen::VectorXd r;
   const Eigen::MatrixXd free = free_columns(p, &r);
-  const Eigen::MatrixXd hat = free * (free.transpose() * free).ldlt().solve(free.transpose());
+  const Eigen::MatrixXd hat = leverage(free, free);
   for (Eigen::Index i = 0; i < r.size(); ++i) {
     const double expected = r(i) / std::sqrt(1.0 - hat(i, i));
     CHECK(static_cast<double>(standardised[static_cast<std::size_t>(i)]) == doctest::Approx(expected).epsilon(1e-4));
@@ -158,7 +163,7 @@ TEST_CASE("standardised residuals of points left out are r / sqrt(1 + h): a solu
   for (std::size_t i = 0; i < left_out.size(); ++i) {
     if (left_out[i] != 0) used.row(static_cast<Eigen::Index>(i)).setZero();
   }
-  const Eigen::MatrixXd hat = free * (used.transpose() * used).ldlt().solve(free.transpose());
+  const Eigen::MatrixXd hat = leverage(free, used);
   for (std::size_t i = 0; i < left_out.size(); i += 7) {
     const auto k = static_cast<Eigen::Index>(i);
     CHECK(static_cast<double>(standardised[i]) == doctest::Approx(r(k) / std::sqrt(1.0 + hat(k, k))).epsilon(1e-3));
@@ -183,16 +188,17 @@ TEST_CASE("the Schur complement is that of the dense normal equations") {
   CHECK(p.refiner.data_cost() == doctest::Approx(r.squaredNorm()).epsilon(1e-12));
   const double error = (p.refiner.camera().cx - 319.5) / 10.0;
   CHECK(p.refiner.cost() == doctest::Approx(r.squaredNorm() + error * error).epsilon(1e-12));
-  Eigen::MatrixXd H = J.transpose() * J;
-  Eigen::VectorXd g = -J.transpose() * r;
+  Eigen::MatrixXd H = test::dense_product(J.transpose(), J);
+  Eigen::MatrixXd g = test::dense_product(-J.transpose(), r);
   H(2, 2) += 1.0 / 100.0;
-  g(2) -= error / 10.0;
+  g(2, 0) -= error / 10.0;
   const Eigen::Index n = H.rows() - 9;
-  const Eigen::MatrixXd inverse = H.bottomRightCorner(n, n).inverse();
-  const Eigen::MatrixXd S = H.topLeftCorner(9, 9) - H.topRightCorner(9, n) * inverse * H.bottomLeftCorner(n, 9);
-  const Eigen::VectorXd b = g.head(9) - H.topRightCorner(9, n) * inverse * g.tail(n);
+  const Eigen::MatrixXd onto_camera =
+      test::dense_product(H.topRightCorner(9, n), test::dense_inverse(H.bottomRightCorner(n, n)));
+  const Eigen::MatrixXd S = H.topLeftCorner(9, 9) - test::dense_product(onto_camera, H.bottomLeftCorner(n, 9));
+  const Eigen::MatrixXd b = g.topRows(9) - test::dense_product(onto_camera, g.bottomRows(n));
   for (Eigen::Index i = 0; i < 9; ++i) {
-    CHECK(reduced.gradient(i) == doctest::Approx(b(i)).epsilon(1e-6));
+    CHECK(reduced.gradient(i) == doctest::Approx(b(i, 0)).epsilon(1e-6));
     for (Eigen::Index j = 0; j < 9; ++j) {
       CHECK(std::abs(reduced.matrix(i, j) - S(i, j)) < 1e-8 * std::sqrt(H(i, i) * H(j, j)));
     }

@@ -3,10 +3,10 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <vector>
 
+#include "support/dense_algebra.hpp"
 #include "support/place_along.hpp"
 #include "support/stereo_rig.hpp"
 
@@ -86,8 +86,8 @@ TEST_CASE("stereo refiner: minimum and covariance are those of one dense system"
     Rig rig(options);
     REQUIRE(rig.run(nudged(rig.T_right_left, 0.01), to_the_end()) == Status::ok);
     const DenseRig dense(rig);
-    const Matrix covariance = dense.information.inverse();
-    Vector gradient = dense.jacobian.transpose() * dense.residuals;
+    const Matrix covariance = test::dense_inverse(dense.information);
+    Vector gradient = test::dense_product(dense.jacobian.transpose(), dense.residuals);
     for (std::size_t s = 0; edges && s < 2; ++s) {
       const EdgeOffsetWorkspace& offsets = rig.side[s]->workspace;
       for (std::size_t i = 0; i < rig.side[s]->offsets.size(); ++i) {
@@ -95,7 +95,7 @@ TEST_CASE("stereo refiner: minimum and covariance are those of one dense system"
             offsets.value[i] / (offsets.sigma[i] * offsets.sigma[i]);
       }
     }
-    const Vector left_over = covariance * gradient;  // the step that remains
+    const Vector left_over = test::dense_product(covariance, gradient);  // the step that remains
     for (Eigen::Index i = 0; i < left_over.size(); ++i) {
       CHECK(std::abs(left_over(i)) <= 1e-3 * std::sqrt(covariance(i, i)));
     }
@@ -111,7 +111,8 @@ TEST_CASE("stereo refiner: errors of lines that are not estimated widen the cova
   refine.line_errors = {0.3, 0.3, 0.2};
   REQUIRE(rig.run(rig.T_right_left, refine) == Status::ok);
   const DenseRig dense(rig);
-  Matrix covariance = rig.refiner.solution().scale * dense.information.inverse();
+  const Matrix inverse = test::dense_inverse(dense.information);
+  Matrix covariance = rig.refiner.solution().scale * inverse;
   Eigen::Index row = 0;
   for (std::size_t s = 0; s < 2; ++s) {
     const std::vector<LinePoint>& points = rig.side[s]->corrected;
@@ -127,8 +128,8 @@ TEST_CASE("stereo refiner: errors of lines that are not estimated widen the cova
               Vec3(0.3, 0.3 * along, 0.2 * (6 * along * along - 0.5)) / points[i].sigma_px;
         }
       }
-      const Matrix shifts = dense.information.inverse() * (dense.jacobian.transpose() * moved);
-      covariance += shifts * shifts.transpose();
+      const Matrix shifts = test::dense_product(inverse, test::dense_product(dense.jacobian.transpose(), moved));
+      covariance += test::dense_product(shifts, shifts.transpose());
     }
     row += static_cast<Eigen::Index>(points.size());
   }

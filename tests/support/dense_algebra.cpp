@@ -5,6 +5,8 @@
 
 namespace lecalib::test {
 
+Eigen::MatrixXd dense_product(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) { return A * B; }
+
 Eigen::MatrixXd dense_inverse(const Eigen::MatrixXd& matrix) { return matrix.inverse(); }
 
 Eigen::MatrixXd dense_solve(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) { return A.ldlt().solve(B); }

@@ -20,7 +20,8 @@ inline double place_along(const Camera& camera, const Pose& pose, const ModelLin
   const Vec3 q = rotation_of(pose) * Eigen::Map<const Vec3>(line.q) + translation_of(pose);
   Eigen::Matrix<double, 3, 2> directions;
   directions << q - p, Vec3(-ideal(0), -ideal(1), -1.0);
-  return std::clamp(directions.colPivHouseholderQr().solve(Vec3(-p))(0) - 0.5, -0.5, 0.5);
+  const Vec2 places = (directions.transpose() * directions).inverse() * (directions.transpose() * -p);
+  return std::clamp(places(0) - 0.5, -0.5, 0.5);
 }
 
 }  // namespace lecalib::test

@@ -5,12 +5,12 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <memory>
 #include <vector>
 
 #include "lecalib/solve/stereo_refiner.hpp"
 #include "support/alloc_counter.hpp"
+#include "support/dense_algebra.hpp"
 #include "support/edge_scene.hpp"
 
 namespace lecalib::test {
@@ -154,7 +154,7 @@ struct DenseRig {
       x(c) = -step;
       jacobian.col(c) = (after - residuals_at(x)) / (2 * step);
     }
-    information = jacobian.transpose() * jacobian;
+    information = dense_product(jacobian.transpose(), jacobian);
     for (std::size_t s = 0; rig.options.edges && s < 2; ++s) {
       for (std::size_t i = 0; i < offsets[s]; ++i) {
         const Eigen::Index k = first_offset_of(rig, s) + static_cast<Eigen::Index>(i);
