@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "lecalib/host/text.hpp"
+#include "support/json_file.hpp"
 
 using namespace lecalib;
 using namespace lecalib::host;
@@ -64,7 +64,7 @@ std::vector<double> matrix(const std::string& yaml, const std::string& name) {
 }  // namespace
 
 TEST_CASE("calibration.json holds every field of its contract") {
-  const auto json = nlohmann::json::parse(calibration_json(example()));
+  const auto json = test::json_in(calibration_json(example()));
   CHECK(json["version"] == 1);
   CHECK(json["status"] == "ok");
   CHECK(json["stereo"].is_null());
@@ -105,7 +105,7 @@ TEST_CASE("a pair of cameras: both, what is between them, and whose view is whos
   stereo.baseline_sigma_m = 0.125;
   report.stereo = stereo;
 
-  const auto json = nlohmann::json::parse(calibration_json(report));
+  const auto json = test::json_in(calibration_json(report));
   CHECK(json["cameras"].size() == 2);
   CHECK(json["cameras"][1]["fx"] == 500.25);
   CHECK(json["stereo"]["R_right_left"].size() == 9);
@@ -134,7 +134,7 @@ TEST_CASE("a failure has a status, a reason and no camera") {
   CalibrationReport report;
   report.status = Status::degenerate_geometry;
   report.diagnostics.reason = "all lines are parallel";
-  const auto json = nlohmann::json::parse(calibration_json(report));
+  const auto json = test::json_in(calibration_json(report));
   CHECK(json["status"] == "degenerate_geometry");
   CHECK(json["cameras"].is_array());
   CHECK(json["cameras"].empty());
@@ -238,7 +238,7 @@ TEST_CASE("a refused solution gives no camera, but its figures") {
   CHECK(report.status == Status::undetermined);
   CHECK(report.cameras.empty());
   CHECK(report.diagnostics.reason.find("fx") != std::string::npos);
-  const auto json = nlohmann::json::parse(calibration_json(report));
+  const auto json = test::json_in(calibration_json(report));
   CHECK(json["diagnostics"]["iterations"] == 7);
   CHECK(calibration_text(report).rfind("no camera (undetermined): ", 0) == 0);
 }
@@ -261,7 +261,7 @@ TEST_CASE("a solution is taken over with the views that were used") {
   CHECK(report.views[1].t_us == 300);
   CHECK(report.views[1].lines == 5);
   CHECK(report.views[1].sigma[4] == 0.5);
-  const auto json = nlohmann::json::parse(calibration_json(report));
+  const auto json = test::json_in(calibration_json(report));
   const auto& view = json["views"][1];
   CHECK(view["sigma"]["rotation_rad"] == std::vector<double>{0, 0, 0});
   CHECK(view["sigma"]["t_cam_world_m"] == std::vector<double>{0, 0.5, 0});

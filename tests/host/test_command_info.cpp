@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "lecalib/host/file_io.hpp"
 #include "support/aedat4_encoder.hpp"
+#include "support/json_file.hpp"
 #include "support/record_encoder.hpp"
 #include "support/run_command.hpp"
 #include "support/shared_data.hpp"
@@ -18,7 +17,7 @@ TEST_CASE("lecalib info: counts, times and size of a text") {
   const CommandRun run = run_lecalib({"info", "--json", "--sensor", "320x240", folder / "e.csv"});
   CHECK(run.exit_code == 0);
   CHECK(run.err.empty());
-  const auto json = nlohmann::json::parse(run.out);
+  const auto json = json_in(run.out);
   CHECK(json["format"] == "text");
   CHECK(json["width"] == 320);
   CHECK(json["events"] == 3);
@@ -36,7 +35,7 @@ TEST_CASE("lecalib info: from when to when triggers and IMU samples came") {
   const Bytes bytes = aedat4_header(0, aedat4_xml(346, 260)) + aedat4_packet(2, aedat4_imu({{5, {}}, {3, {}}})) +
                       aedat4_packet(0, aedat4_events({{1, 2, 3, 1}})) + aedat4_packet(3, aedat4_triggers(900'000, {1}));
   REQUIRE_FALSE(lecalib::host::write_file(folder / "e", std::string(bytes.begin(), bytes.end())));
-  const auto json = nlohmann::json::parse(run_lecalib({"info", "--json", folder / "e"}).out);
+  const auto json = json_in(run_lecalib({"info", "--json", folder / "e"}).out);
   CHECK(json["imu"]["first_us"] == 3);
   CHECK(json["imu"]["last_us"] == 5);
   CHECK(json["triggers"]["first_us"] == 900'000);
@@ -53,7 +52,7 @@ TEST_CASE("lecalib info: a file of triggers alone, however many there are") {
   const Bytes bytes = to_bytes("% Data file containing Trigger events.\n% Version 2\n% end\n") + Bytes{14, 8} +
                       encode_dat_triggers(triggers);
   REQUIRE_FALSE(lecalib::host::write_file(folder / "t.dat", std::string(bytes.begin(), bytes.end())));
-  const auto json = nlohmann::json::parse(run_lecalib({"info", "--json", folder / "t.dat"}).out);
+  const auto json = json_in(run_lecalib({"info", "--json", folder / "t.dat"}).out);
   CHECK(json["format"] == "DAT of triggers");
   CHECK(json["events"] == 0);
   CHECK(json["decoder"]["triggers"] == 300'000);
@@ -95,7 +94,7 @@ TEST_CASE("lecalib info: real recordings hold what is written beside them") {
       continue;
     }
     REQUIRE(run.exit_code == 0);
-    const auto json = nlohmann::json::parse(run.out);
+    const auto json = json_in(run.out);
     CHECK(json["format"] == recording.format);
     CHECK(json["events"] == recording.events);
     CHECK(json["width"] == recording.width);
@@ -105,7 +104,7 @@ TEST_CASE("lecalib info: real recordings hold what is written beside them") {
   }
   // expected.txt beside the recording, made by another decoder.
   const CommandRun run = run_lecalib({"info", "--json", (*data / "real/gen3_evt3/events.raw").string()});
-  const auto json = nlohmann::json::parse(run.out);
+  const auto json = json_in(run.out);
   CHECK(json["first_us"] == 7139845);
   CHECK(json["last_us"] == 9218023);
   CHECK(json["on_share"].get<double>() == doctest::Approx(125183.0 / 343474));

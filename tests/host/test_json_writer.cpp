@@ -4,7 +4,8 @@
 #include <doctest/doctest.h>
 
 #include <limits>
-#include <nlohmann/json.hpp>
+
+#include "support/json_file.hpp"
 
 using lecalib::host::JsonWriter;
 
@@ -49,7 +50,7 @@ TEST_CASE("json: another reader gets back what was written") {
   json.member("nan", std::numeric_limits<double>::quiet_NaN());
   json.member("inf", std::numeric_limits<double>::infinity());
   json.end();
-  const auto read = nlohmann::json::parse(json.text());
+  const auto read = lecalib::test::json_in(json.text());
   for (std::size_t i = 0; i < 4; ++i) CHECK(read["numbers"][i].get<double>() == numbers[i]);
   CHECK(read["text"].get<std::string>() == text);
   CHECK(read["big"].get<std::uint64_t>() == std::numeric_limits<std::uint64_t>::max());

@@ -66,7 +66,7 @@ TEST_CASE("numbers are finite, whole fields, and the same in every locale") {
 TEST_CASE("what is quoted in a message is short and printable") {
   CHECK(quoted("a\n\x01"
                "b") == "'a??b'");
-  CHECK(quoted(std::string(100, 'x')) == "'" + std::string(40, 'x') + "...'");
+  CHECK(lecalib::host::quoted(std::string(100, 'x')) == "'" + std::string(40, 'x') + "...'");
 }
 
 TEST_CASE("numbers are written without the locale and read back the same") {

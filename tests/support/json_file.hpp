@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: MIT
+/// What lecalib's JSON is checked with. Read in one place: every file that parsed by itself would have the parser
+/// compiled anew.
 #pragma once
-
-#include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "lecalib/host/file_io.hpp"
-
 namespace lecalib::test {
 
+/// What a text says; throws where it is no JSON.
+nlohmann::json json_in(const std::string& text);
 /// What a file holds that must be there.
-inline nlohmann::json json_of(const std::string& path) {
-  const auto text = host::read_text_file(path);
-  REQUIRE(text.ok());
-  return nlohmann::json::parse(text.value());
-}
+nlohmann::json json_of(const std::string& path);
 
 }  // namespace lecalib::test

@@ -7,12 +7,12 @@
 #include <chrono>
 #include <fstream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "support/box_stream.hpp"
 #include "support/fake_evk4.hpp"
 #include "support/fake_fx3.hpp"
+#include "support/json_file.hpp"
 #include "support/temporary_folder.hpp"
 #include "usb/evk4_recorder.hpp"
 #include "usb/mock_bench.hpp"
@@ -66,10 +66,7 @@ struct Box {
   [[nodiscard]] double events_sent() const {
     return static_cast<double>((bench.port(0).sent() / bytes_per_round + 1) * events_per_round);
   }
-  [[nodiscard]] json result() const {
-    std::ifstream file(folder / "out/calibration.json");
-    return json::parse(file);
-  }
+  [[nodiscard]] json result() const { return json_of(folder / "out/calibration.json"); }
 
   TemporaryFolder folder;
   MockBench bench;
@@ -139,8 +136,8 @@ TEST_CASE("lecalib live: the camera is the same, to the last bit, as from a file
   CHECK(live.err.find(file.err) != std::string::npos);
   REQUIRE(file.exit_code == 0);
   REQUIRE(live.exit_code == 0);
-  auto from_live = json::parse(content(folder / "live/calibration.json"));
-  auto from_file = json::parse(content(folder / "file/calibration.json"));
+  auto from_live = json_of(folder / "live/calibration.json");
+  auto from_file = json_of(folder / "file/calibration.json");
   const bool same_camera = from_live["cameras"] == from_file["cameras"];
   CHECK(same_camera);
   const bool same_views = from_live["views"] == from_file["views"];
@@ -164,7 +161,7 @@ TEST_CASE("lecalib live: unplugged or sent garbage it ends with what came before
   CHECK(run.exit_code == 1);
   CHECK_MESSAGE(has(run.err, "the camera was unplugged: calibrated from what came before\n"), run.err);
   CHECK_MESSAGE(has(run.err, "no camera ("), run.err);
-  const auto json = json::parse(content(recorder.folder / "out/calibration.json"));
+  const auto json = json_of(recorder.folder / "out/calibration.json");
   CHECK(json["cameras"].empty());
 }
 

@@ -4,9 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -15,6 +13,7 @@
 #include "support/fake_evk4.hpp"
 #include "support/fake_fx3.hpp"
 #include "support/inivation_encoder.hpp"
+#include "support/json_file.hpp"
 #include "support/random_events.hpp"
 #include "support/temporary_folder.hpp"
 #include "usb/mock_bench.hpp"
@@ -146,12 +145,8 @@ TEST_CASE("lecalib live: from a DAVIS346 the camera is the same, to the last bit
   const CommandRun file = run_lecalib({"calibrate", recording, "--model", model, "--out", folder / "file"});
   CHECK(live.err == "");
   CHECK(live.exit_code == file.exit_code);
-  const auto result_of = [&](const std::string& name) {
-    std::ifstream json(folder / name + "/calibration.json");
-    return nlohmann::json::parse(json);
-  };
-  const auto from_live = result_of("live");
-  const auto from_file = result_of("file");
+  const auto from_live = json_of(folder / "live/calibration.json");
+  const auto from_file = json_of(folder / "file/calibration.json");
   CHECK(from_file["cameras"].size() == 1);
   const bool is_same = from_live["cameras"] == from_file["cameras"] && from_live["views"] == from_file["views"];
   CHECK(is_same);
