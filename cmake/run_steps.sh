@@ -34,7 +34,7 @@ install_missing() {
 }
 
 # What makes a build from nothing take half as long: files of a target are compiled together, by the dozen. Compiled one by
-# one, as in a user's build, they must come to the same: the firmware whose size is checked, and the consumer in tests/cmake.
+# one, as in a user's build, they must come to the same: so is the firmware whose size is checked.
 together=(-DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=12)
 
 # build_preset PRESET [TARGET...]: configures and builds; speaks only of what goes wrong, unless on a terminal.
