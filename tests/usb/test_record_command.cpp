@@ -56,7 +56,7 @@ TEST_CASE("lecalib devices: a camera is listed with name, serial, speed and firm
   CHECK(run.out == "Prophesee EVK4  serial 00050423  5000 Mbit/s  firmware 3.9.0\n");
 }
 
-TEST_CASE("lecalib devices: what cannot be used is listed with what to do; without any camera it fails") {
+TEST_CASE("lecalib devices: what cannot be used is listed with what to do, without any camera it fails") {
   MockBench bench;
   CHECK(bench.run({"devices"}).err == "lecalib: no camera is plugged in\n");
   FakeEvk4& loader = bench.add([] {
@@ -281,7 +281,7 @@ TEST_CASE("lecalib record: without room from the begin it says so and stops the 
   CHECK_FALSE(recorder.fake.is_streaming());
 }
 
-TEST_CASE("lecalib record: a disk that becomes full, or a limit to files, is said by name; what is there opens") {
+TEST_CASE("lecalib record: a disk that becomes full, or a limit to files, is said by name, what is there opens") {
   constexpr std::size_t kRoom = 300'001;  // not whole words
   for (const bool is_disk : {true, false}) {
     Recorder recorder;
