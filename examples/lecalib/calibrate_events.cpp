@@ -177,6 +177,7 @@ void calibrate_from(const std::vector<std::unique_ptr<EventSource>>& sources, co
   result.status = calibrator.result(&result);
   add_result(result, calibrator.views(), {}, model.names, report);
   add_coverage(calibrator.coverage(), report);
+  add_search(calibrator, model.names, report);
 }
 
 void calibrate_events(const CalibrateOptions& options, const host::Model& model, host::CalibrationReport* report) {

@@ -13,6 +13,12 @@ namespace {
 
 constexpr const char* kLinesLeftOut = "lines_left_out";
 
+/// A model line that is found in less than this share of the windows is found by chance.
+constexpr double kFoundByChance = 0.1;
+/// Of a guess that finds less than this share of the model's lines, or the object in less than this share of the
+/// windows, nobody knows whether it is right.
+constexpr double kMostOfIt = 0.5;
+
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
@@ -123,6 +129,31 @@ void add_coverage(const Coverage& coverage, CalibrationReport* report) {
   // What is missing takes the place of what might be; a model that does not fit stays the first suspicion.
   if (mendable) reason = reason.substr(0, reason.find(';'));
   for (std::size_t i = 0; i < coverage.num_hints(); ++i) reason += "; " + advice(coverage.hints[i]);
+}
+
+void add_search(const MonoCalibrator& calibrator, const std::vector<std::string>& line_names,
+                CalibrationReport* report) {
+  const MonoStats& stats = calibrator.stats();
+  std::string& reason = report->diagnostics.reason;
+  if (report->status == Status::degenerate_geometry && stats.windows_matched == 0) {
+    reason =
+        "a recording cannot be searched for this model: no four of its lines enclose a flat face; "
+        "measure further lines of the object";
+    return;
+  }
+  if (report->status != Status::no_match || stats.matcher.ambiguous) return;
+  const auto windows = static_cast<double>(calibrator.matcher().windows_explained());
+  std::vector<std::string> missing;
+  for (std::size_t i = 0; i < line_names.size(); ++i) {
+    const auto found = static_cast<double>(calibrator.matcher().windows_with(i));
+    if (found < kFoundByChance * windows) missing.push_back(line_names[i]);
+  }
+  if (missing.empty() || windows < kMostOfIt * stats.windows_kept ||
+      static_cast<double>(missing.size()) > kMostOfIt * static_cast<double>(line_names.size())) {
+    return;
+  }
+  reason +=
+      "; hardly ever found: " + joined(missing) + " (measure them again, or set them off from what is behind them)";
 }
 
 std::string explanation(const CalibrationResult& result) {

@@ -11,6 +11,7 @@
 #include "lecalib/core/records.hpp"
 #include "lecalib/core/status.hpp"
 #include "lecalib/pipeline/coverage.hpp"
+#include "lecalib/pipeline/mono_calibrator.hpp"
 #include "lecalib/pipeline/stereo_calibrator.hpp"
 #include "lecalib/solve/calibration_result.hpp"
 
@@ -104,6 +105,11 @@ void add_stereo_result(const StereoCalibrator& calibrator, const std::vector<std
 /// Takes over what was seen of a recording, after add_result(). The reason of a refusal that more data would mend then
 /// says what is missing.
 void add_coverage(const Coverage& coverage, CalibrationReport* report);
+
+/// Takes over what became of a model that was searched for in vain, after add_coverage(): which of its lines were found
+/// nowhere while the rest was, or that nothing of it can be searched for. Nothing where the search has succeeded.
+void add_search(const MonoCalibrator& calibrator, const std::vector<std::string>& line_names,
+                CalibrationReport* report);
 
 /// One plain sentence: what a status means for somebody who calibrates a camera, and what to do about it.
 /// Names the intrinsic that a refusal is about, and what is known of it.

@@ -150,6 +150,10 @@ class LineMatcher {
   [[nodiscard]] Span<const LineMatch> matches() const { return workspace_.matches.first(num_matches_); }
   [[nodiscard]] Span<const WindowPoses> poses() const { return workspace_.poses.first(num_poses_); }
   [[nodiscard]] const Camera& camera() const { return camera_; }
+  /// What the guess that explains most says, also where it is not believed (no_match): in how many windows it finds the
+  /// object, and in how many of these a model line, < the model's size. 0 before there is a guess.
+  [[nodiscard]] std::size_t windows_explained() const { return best_.num_windows; }
+  [[nodiscard]] std::size_t windows_with(std::size_t model_line) const;
   /// Valid at any time.
   [[nodiscard]] const LineMatcherStats& stats() const { return stats_; }
 

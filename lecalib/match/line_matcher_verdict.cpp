@@ -81,6 +81,19 @@ void LineMatcher::judge_trial() {
   }
 }
 
+std::size_t LineMatcher::windows_with(std::size_t model_line) const {
+  std::size_t count = 0;
+  for (std::size_t w = 0; best_.num_windows > 0 && w < best_.windows.size(); ++w) {
+    if (!best_.windows[w].matched) continue;
+    const Span<const LineMatch> matches = best_.matches_of(w);
+    count += std::any_of(matches.begin(), matches.end(),
+                         [model_line](const LineMatch& match) { return match.model_line == model_line; })
+                 ? 1U
+                 : 0U;
+  }
+  return count;
+}
+
 Status LineMatcher::step_finish() {
   // A rival was left at what it explained at first, with wider gates than a known camera has.
   const double beside_rival = known_camera_ ? std::max(stats_.score, best_.score) : best_.score;

@@ -211,6 +211,8 @@ class MonoCalibrator {
   /// 0 to 1, never 1 before success. It stays at 0 while events are collected: nobody knows how many will come.
   [[nodiscard]] float progress() const;
   [[nodiscard]] const MonoStats& stats() const { return stats_; }
+  /// The search for the model, for what it tells of one that ended in no_match.
+  [[nodiscard]] const LineMatcher& matcher() const { return matcher_; }
 
   /// What was seen so far and what is missing; at any time after init(). What the poses tell is there once the object
   /// was matched, and what the solution tells once step() has ended.

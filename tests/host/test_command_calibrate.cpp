@@ -162,6 +162,32 @@ TEST_CASE("lecalib calibrate: a refusal says what the recording lacks") {
   }
 }
 
+TEST_CASE("lecalib calibrate: a refusal names the model's lines that are not where the model has them") {
+  const TemporaryFolder folder;
+  const std::string events = (source_dir() / "examples/data/events.raw").string();
+  const std::string near_edges =
+      "0 0 0 0.32 0 0 front_bottom\n0 0 0 0 0.3 0 side_bottom\n0 0 0 0 0 0.25 corner\n"
+      "0 0.3 0 0 0.3 0.25 side_back\n0 0 0.25 0.32 0 0.25 top_front\n0 0 0.25 0 0.3 0.25 top_side\n"
+      "0 0.3 0.25 0.32 0.3 0.25 top_back\n";
+  const std::string far_edges = "0.32 0 0 0.32 0 0.25 front_right\n0.32 0 0.25 0.32 0.3 0.25 top_right\n";
+  REQUIRE_FALSE(write_file(folder / "short.txt", near_edges + far_edges));  // the box is 0.40 m long
+  const CommandRun run = run_lecalib({"calibrate", events, "--model", folder / "short.txt"});
+  CHECK(run.exit_code == 1);
+  CHECK(run.err.find("hardly ever found: front_right top_right (") != std::string::npos);
+  CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
+}
+
+TEST_CASE("lecalib calibrate: a model without a flat face is refused for what it lacks, not for the motion") {
+  const TemporaryFolder folder;
+  const std::string events = (source_dir() / "examples/data/events.raw").string();
+  REQUIRE_FALSE(
+      write_file(folder / "corner.txt", "0 0 0 0.4 0 0 a\n0 0 0 0 0.3 0 b\n0 0 0 0 0 0.25 c\n0.4 0 0 0.4 0 0.25 d\n"));
+  const CommandRun run = run_lecalib({"calibrate", events, "--model", folder / "corner.txt"});
+  CHECK(run.exit_code == 1);
+  CHECK(run.err.find("no four of its lines enclose a flat face") != std::string::npos);
+  CHECK(run.err.find("tilt") == std::string::npos);
+}
+
 TEST_CASE("lecalib calibrate: contradicting options are one line") {
   const std::vector<std::vector<std::string>> wrong = {
       {"calibrate"},

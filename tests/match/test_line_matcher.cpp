@@ -213,6 +213,44 @@ TEST_CASE("pure clutter and a wrong model are refused") {
   }
 }
 
+TEST_CASE("line_matcher: a guess that is not believed tells which lines of the model it finds") {
+  SceneOptions options;
+  options.camera = camera_640();
+  options.model = box_model(0.4, 0.3, 0.25);
+  options.missing = 0.0;
+  const std::size_t unseen = 4;
+  Scene scene = make_scene(options);
+  for (std::size_t w = 0; w < scene.lines.size(); ++w) {
+    std::vector<EventLine> kept;
+    for (std::size_t i = 0; i < scene.lines[w].size(); ++i) {
+      EventLine line = scene.lines[w][i];
+      if (scene.truth[w][i] == static_cast<int>(unseen)) continue;
+      if (scene.truth[w][i] >= 0 && w % 4 != 0) {  // whole ones to begin with, else too little to be believed
+        for (Segment* segment : {&line.begin, &line.end}) {
+          segment->x2 = segment->x1 + 0.3F * (segment->x2 - segment->x1);
+          segment->y2 = segment->y1 + 0.3F * (segment->y2 - segment->y1);
+        }
+      }
+      kept.push_back(line);
+    }
+    scene.lines[w] = kept;
+    scene.windows[w].lines = scene.lines[w];
+  }
+  Bench bench;
+  CHECK(bench.matcher.windows_explained() == 0);
+  CHECK(bench.matcher.windows_with(0) == 0);
+  REQUIRE(bench.init(scene, options) == Status::ok);
+  CHECK(bench.matcher.windows_with(0) == 0);
+  REQUIRE(bench.run() == Status::no_match);
+  const std::size_t windows = bench.matcher.windows_explained();
+  REQUIRE(2 * windows > scene.windows.size());
+  for (std::size_t i = 0; i < options.model.size(); ++i) {
+    CAPTURE(i);
+    CHECK((2 * bench.matcher.windows_with(i) > windows) == (i != unseen));
+    CHECK(bench.matcher.windows_with(i) <= windows);
+  }
+}
+
 TEST_CASE("a provisional result is judged once its camera comes back") {
   SceneOptions options;
   options.camera = camera_640();
