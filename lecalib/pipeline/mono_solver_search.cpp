@@ -81,9 +81,8 @@ bool MonoSolver::has_wrong_lines() {
 }
 
 Status MonoSolver::begin_ransac() {
-  const Status status =
-      ransac_.init(data_, options_.ransac, {workspace_.guess.sums, workspace_.guess.lines, workspace_.chosen},
-                   workspace_.left_out);
+  const Status status = ransac_.init(
+      data_, options_.ransac, {workspace_.guess.sums, workspace_.guess.lines, workspace_.chosen}, workspace_.left_out);
   if (status == Status::ok) phase_ = Phase::ransac;
   return status;
 }
